@@ -2,8 +2,8 @@
 # Installs what is missing, builds, and runs the main job: the default study with its report.
 #   ./run.sh                              the default study
 #   ./run.sh run scenes/i2t_poke.json     any command of the program (./run.sh --help lists them)
-#   ./run.sh --rivals [command …]         the same with the optional rival libraries installed and built
-#   ./run.sh bench detection [--quick]    all detectors and rivals side by side; rebuilds reports/detection
+#   ./run.sh --baselines [command …]         the same with the optional baseline libraries installed and built
+#   ./run.sh bench detection [--quick]    all detectors and baselines side by side; rebuilds reports/detection
 #                                         (--quick: under 10 minutes; with other options only build/reports/detection)
 #   ./run.sh docs                         the texts of docs as pages in build/docs
 #   ./run.sh bench far_field              a stepper that moves a part of the tissue against one that moves all of it
@@ -12,9 +12,9 @@ caller=$PWD
 cd "$(dirname "${BASH_SOURCE[0]}")"
 source .ci/prepare.sh
 
-rivals=
-if [ "${1:-}" = --rivals ]; then
-    rivals=yes
+baselines=
+if [ "${1:-}" = --baselines ]; then
+    baselines=yes
     shift
 fi
 if [ "${1:-}" = docs ]; then
@@ -25,8 +25,8 @@ if [ "${1:-}" = bench ]; then
     shift
     {
         install_missing "${base_packages[@]}"
-        # Without its rivals the benchmark says little, but it runs: they are listed as absent.
-        (install_missing "${rival_packages[@]}") || say "rivals could not be installed"
+        # Without its baselines the benchmark says little, but it runs: they are listed as absent.
+        (install_missing "${baseline_packages[@]}") || say "baselines could not be installed"
         configure bench
         build bench trocar_bench
     } >&2
@@ -35,7 +35,7 @@ if [ "${1:-}" = bench ]; then
 fi
 {
     install_missing "${base_packages[@]}"
-    [ -z "$rivals" ] || install_missing "${rival_packages[@]}"
+    [ -z "$baselines" ] || install_missing "${baseline_packages[@]}"
     find_data
     configure release
     build release trocar_program

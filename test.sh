@@ -29,7 +29,7 @@ fi
 
 passed=0 failed=0 skipped=0 without_data=0
 
-# run_tests PRESET [ctest arguments]: runs on after a failure, so that one run tells everything.
+# run_tests PRESET [ctest arguments]: runs on after a failure, so that one run reports everything.
 run_tests() {
     local preset=$1 folder
     folder=$(folder_of "$1")
@@ -107,7 +107,7 @@ if [ "$mode" = tests ] || [ "$mode" = full ]; then
 fi
 
 if [ "$mode" = full ]; then
-    # Before the builds and tests that take longest, so that what fails here is told soon.
+    # Before the builds and tests that take longest, so that what fails here is reported soon.
     configure clang
     build clang
     run_tests clang
@@ -129,9 +129,9 @@ if [ "$mode" = checks ] || [ "$mode" = full ]; then
 
     configure bare
     build bare trocar_program contract_test
-    # Of contract_test alone: programs that were built with the rivals still list them.
+    # Of contract_test alone: programs that were built with the baselines still list them.
     run_tests bare -R '(Detector|Reach)Contract'
-    # It shares the folder of release, whose program must not be left without its rivals.
+    # It shares the folder of release, whose program must not be left without its baselines.
     configure release
     build release trocar_program
 

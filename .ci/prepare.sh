@@ -3,13 +3,13 @@
 
 # What the build and the default study need.
 base_packages=(
-    g++ cmake ninja-build pkg-config git ca-certificates
+    g++ cmake ninja-build pkg-config git ca-metamorphic tests
     libeigen3-dev libfmt-dev nlohmann-json3-dev libcli11-dev libboost-dev libhwy-dev zlib1g-dev
     libfcl-dev libccd-dev libode-dev
     libgtest-dev libbenchmark-dev
 )
-# Optional rivals (./run.sh --rivals): several hundred megabytes, no default figure needs them.
-rival_packages=(libembree-dev libbullet-dev libcgal-dev)
+# Optional baselines (./run.sh --baselines): several hundred megabytes, no default figure needs them.
+baseline_packages=(libembree-dev libbullet-dev libcgal-dev)
 # ./run.sh docs
 docs_packages=(mkdocs mkdocs-material)
 # Checks beyond the tests.
@@ -89,10 +89,10 @@ build() {
                 echo "$preset: $((SECONDS - started)) s $(grep -oE '^\[[0-9]+/[0-9]+\]' "$folder/build.log" | tail -n 1)"
             done
         ) &
-        local telling=$! status=0
+        local reporting=$! status=0
         cmake --build --preset "$preset" "${arguments[@]}" >"$folder/build.log" 2>&1 || status=$?
-        kill "$telling" 2>/dev/null || true
-        wait "$telling" 2>/dev/null || true
+        kill "$reporting" 2>/dev/null || true
+        wait "$reporting" 2>/dev/null || true
         [ "$status" -eq 0 ] ||
             { grep -vE '^\[[0-9]+/[0-9]+\] (Building|Linking)' "$folder/build.log" | tail -n 100 >&2; exit 1; }
     fi

@@ -7,7 +7,8 @@
 //   vertex moves.
 // * optimizeTopDown once after the build: the best tree the library makes by itself.
 // * Debian's build "bullet" stores float boxes; they are rounded outward, so that nothing is missed.
-// * within a reach every box has half of it added on all sides, in both trees; bodies at rest are followed when the
+// * within a query distance every box has half of it added on all sides, in both trees; bodies at rest are followed
+// when the
 //   reach changes.
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 #include <LinearMath/btScalar.h>
@@ -69,7 +70,7 @@ public:
     void prepare(const Topology& topology, const Frame& frame) override {
         topology_ = &topology;
         trees_.clear();
-        told_reach_ = 0.0;
+        reported_query_distance_ = 0.0;
         if (!is_answerable(*topology_, frame)) return;
         vertices_.narrow(frame);
         for (const BodyRange& body : topology.bodies) {
@@ -86,27 +87,28 @@ public:
         }
     }
 
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         if (!is_answerable(*topology_, frame)) return;
         if (trees_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
         vertices_.narrow(frame);
-        const bool other_reach = reach_ != told_reach_;
-        told_reach_ = reach_;
+        const bool other_query_distance = query_distance_ != reported_query_distance_;
+        reported_query_distance_ = query_distance_;
         for (std::size_t i = 0; i < trees_.size(); ++i) {
             const BodyRange& body = topology_->bodies[i];
-            if (!other_reach && !baselines::may_have_moved(frame, body)) continue;
+            if (!other_query_distance && !baselines::may_have_moved(frame, body)) continue;
             Tree& tree = *trees_[i];
             if (reinsert_) {
                 for (Index t = 0; t < body.triangles.count; ++t) {
-                    btDbvtVolume volume = volume_of(*topology_, vertices_, body.triangles.first + t, reach_ / 2.0);
+                    btDbvtVolume volume =
+                        volume_of(*topology_, vertices_, body.triangles.first + t, query_distance_ / 2.0);
                     tree.tree.update(tree.leaves[static_cast<std::size_t>(t)], volume);
                 }
                 continue;
             }
             for (Index t = 0; t < body.triangles.count; ++t) {
                 tree.leaves[static_cast<std::size_t>(t)]->volume =
-                    volume_of(*topology_, vertices_, body.triangles.first + t, reach_ / 2.0);
+                    volume_of(*topology_, vertices_, body.triangles.first + t, query_distance_ / 2.0);
             }
             for (btDbvtNode* node : tree.inner) {
                 Merge(node->childs[0]->volume, node->childs[1]->volume, node->volume);
@@ -117,7 +119,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        contacts.reach = reach_;
+        contacts.query_distance = query_distance_;
         ExactTest test;
         test.topology = topology_;
         test.frame = &frame;
@@ -134,8 +136,8 @@ public:
 private:
     bool reinsert_;
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;       ///< m
-    double told_reach_ = 0.0;  ///< m, that the boxes in the trees were made for
+    double query_distance_ = 0.0;           ///< m
+    double reported_query_distance_ = 0.0;  ///< m, that the boxes in the trees were made for
     baselines::FloatVertices vertices_;
     std::vector<std::unique_ptr<Tree>> trees_;
 };
@@ -148,7 +150,7 @@ DetectorEntry bullet_dbvt_detector() {
             .library = "Bullet",
             .version = std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100),
             .configuration = "btDbvt, single precision; candidates decided by trocar's exact test",
-            .reach = true,
+            .query_distance = true,
             .parameters = {{.name = "update",
                             .type = Parameter::Type::choice,
                             .default_value = "refit",

@@ -30,7 +30,7 @@ static_assert(sizeof(btScalar) == sizeof(float), "this adapter is written for th
 class BodyBoxes final : public btPrimitiveManagerBase {
 public:
     BodyBoxes(const Topology& topology, const BodyRange& body) : topology_(&topology), body_(body) {}
-    void look_at(const Frame& frame, double inflation) {
+    void examine(const Frame& frame, double inflation) {
         frame_ = &frame;
         inflation_ = inflation;
     }
@@ -71,7 +71,7 @@ void build(const Topology& topology, const Frame& frame, BodyTree& body) {
     body.inflation = 2.0 * extent / 65535.0;
     body.bounds.min = box.min.array() - 0.5 * library_bound_margin;
     body.bounds.max = box.max.array() + 0.5 * library_bound_margin;
-    body.boxes.look_at(frame, body.inflation);
+    body.boxes.examine(frame, body.inflation);
     body.tree.buildSet();
 }
 
@@ -88,21 +88,21 @@ public:
         }
     }
 
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         if (!is_answerable(*topology_, frame)) return;
         if (bodies_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
         for (const auto& body : bodies_) {
             if (body->boxes.body().triangles.count == 0) continue;
             if (!baselines::may_have_moved(frame, body->boxes.body())) {
-                body->boxes.look_at(frame, body->inflation);
+                body->boxes.examine(frame, body->inflation);
                 continue;
             }
             const Box box = baselines::box_of_body(*topology_, frame, body->boxes.body());
             const bool inside = (box.min.array() >= body->bounds.min.array()).all() &&
                                 (box.max.array() <= body->bounds.max.array()).all();
             if (inside && !rebuild_) {
-                body->boxes.look_at(frame, body->inflation);
+                body->boxes.examine(frame, body->inflation);
                 body->tree.update();
             } else {
                 build(*topology_, frame, *body);
@@ -113,7 +113,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        if (!check_no_reach(reach_, contacts)) return;
+        if (!check_no_query_distance(query_distance_, contacts)) return;
         for (auto [a, b] : topology_->body_pairs) {
             const BodyTree& body_a = *bodies_[static_cast<std::size_t>(a)];
             const BodyTree& body_b = *bodies_[static_cast<std::size_t>(b)];
@@ -134,7 +134,7 @@ public:
 private:
     bool rebuild_;
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;  ///< m
+    double query_distance_ = 0.0;  ///< m
     std::vector<std::unique_ptr<BodyTree>> bodies_;
     btPairSet candidates_;
 };

@@ -1,5 +1,6 @@
-// What the rivals that only find overlapping boxes share: outward rounding to float, and the exact triangle test that
-// turns their candidates into pairs. Our own narrow phase is used for all of them, so that only broad phases differ.
+// What the baselines that only find overlapping boxes share: outward rounding to float, and the exact triangle test
+// that turns their candidates into pairs. Our own narrow phase is used for all of them, so that only broad phases
+// differ.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +17,7 @@
 namespace trocar::baselines {
 
 /// A float not above the value, a float not below it, within two units in the last place: boxes must not shrink when
-/// narrowed. Without branches: which way a conversion rounds is unpredictable, and a rival's tree asks for millions.
+/// narrowed. Without branches: which way a conversion rounds is unpredictable, and a baseline's tree asks for millions.
 inline float round_down(double value) {
     constexpr float largest = std::numeric_limits<float>::max();
     auto narrowed = static_cast<float>(value);
@@ -52,7 +53,8 @@ struct FloatBox {
     }
 };
 
-/// A tick's vertices narrowed to float once, for all rivals that store float boxes: a vertex belongs to six triangles.
+/// A tick's vertices narrowed to float once, for all baselines that store float boxes: a vertex belongs to six
+/// triangles.
 class FloatVertices {
 public:
     /// Keeps all vertices of the frame; allocates at the first call only.
@@ -89,7 +91,7 @@ private:
     std::vector<Float4> points_;
 };
 
-/// Box of a body's vertices, of a body with triangles; tells which body pairs are worth a query. In the order of
+/// Box of a body's vertices, of a body with triangles; says which body pairs are worth a query. In the order of
 /// memory; a vertex that no triangle uses makes it larger, which costs a query and loses nothing.
 inline Box box_of_body(const Topology& /*topology*/, const Frame& frame, const BodyRange& body) {
     Box box;
@@ -98,7 +100,8 @@ inline Box box_of_body(const Topology& /*topology*/, const Frame& frame, const B
     return box;
 }
 
-/// Whether a body has to be followed this tick. Every rival is spared the bodies at rest, as its users would spare it.
+/// Whether a body has to be followed this tick. Every baseline is spared the bodies at rest, as its users would spare
+/// it.
 inline bool may_have_moved(const Frame& frame, const BodyRange& body) {
     return !frame.moved || std::any_of(frame.moved->begin(), frame.moved->end(), [&body](Range moved) {
         return moved.first < body.vertices.end() && body.vertices.first < moved.end();
@@ -112,13 +115,14 @@ inline Box grown(Box box, double around) {
     return box;
 }
 
-/// Appends a pair to the near ones when its triangles do not meet and are at most `reach` apart.
-inline void test_near(const Topology& topology, const Frame& frame, TrianglePair pair, double reach,
+/// Appends a pair to the near ones when its triangles do not meet and are at most `query_distance` apart.
+inline void test_near(const Topology& topology, const Frame& frame, TrianglePair pair, double query_distance,
                       ContactSet& contacts) {
     ++contacts.work.triangle_tests;
     const Corners first = corners_of(topology, frame, pair.a);
     const Corners second = corners_of(topology, frame, pair.b);
-    if (is_within_reach(first, second, reach) && !triangles_intersect(first, second)) contacts.near.push_back(pair);
+    if (is_within_query_distance(first, second, query_distance) && !triangles_intersect(first, second))
+        contacts.near.push_back(pair);
 }
 
 /// Tests one candidate exactly: appends it to the pairs when the closed triangles meet, to the near ones when they are
@@ -131,9 +135,9 @@ inline void test_candidate(const Topology& topology, const Frame& frame, Index a
         contacts.pairs.push_back({a, b});
         return;
     }
-    if (contacts.reach == 0.0) return;
+    if (contacts.query_distance == 0.0) return;
     ++contacts.work.triangle_tests;
-    if (is_within_reach(first, second, contacts.reach)) contacts.near.push_back({a, b});
+    if (is_within_query_distance(first, second, contacts.query_distance)) contacts.near.push_back({a, b});
 }
 
 }  // namespace trocar::baselines

@@ -86,8 +86,8 @@ public:
         if (is_answerable(topology, frame)) choose_unit(frame);
     }
 
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         if (!is_answerable(*topology_, frame)) return;
         if (unit_ == 0.0) choose_unit(frame);
         triangle_boxes(frame.position, topology_->triangles, boxes_);
@@ -100,7 +100,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        if (!check_no_reach(reach_, contacts)) return;
+        if (!check_no_query_distance(query_distance_, contacts)) return;
         contacts.work.vertices_read = topology_->vertex_count;
         out_of_memory_ = false;
         for (const auto& [a, b] : topology_->body_pairs) {
@@ -181,7 +181,7 @@ private:
     ccd_t ccd_{};
     ccd_t retry_{};
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;  ///< m
+    double query_distance_ = 0.0;  ///< m
     double unit_ = 0.0;
     bool out_of_memory_ = false;
     std::vector<Box> boxes_;

@@ -5,7 +5,7 @@
 // Settings, and where they depart from the library's default:
 // * boxes are rebuilt each tick in double; the algorithm has no state to keep.
 // * closed boxes (the default topology); `cutoff`, below which segment trees give way to a sweep, is 10, the default.
-// * within a reach every box has half of it added on all sides.
+// * within a query distance every box has half of it added on all sides.
 // * two bodies whose boxes do not overlap are not asked about, as with the other libraries that are asked body by body.
 // * the algorithm permutes its arrays: they are refilled each tick, so the order of one tick cannot speed up the next.
 #include <CGAL/box_intersection_d.h>
@@ -35,20 +35,20 @@ public:
         }
     }
 
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         if (!is_answerable(*topology_, frame)) return;
         for (std::size_t i = 0; i < boxes_.size(); ++i) {
             fill(frame, i, boxes_[i]);
-            body_boxes_[i] =
-                baselines::grown(baselines::box_of_body(*topology_, frame, topology_->bodies[i]), reach_ / 2.0);
+            body_boxes_[i] = baselines::grown(baselines::box_of_body(*topology_, frame, topology_->bodies[i]),
+                                              query_distance_ / 2.0);
         }
     }
 
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        contacts.reach = reach_;
+        contacts.query_distance = query_distance_;
         const auto test = [this, &frame, &contacts](const TriangleBox& a, const TriangleBox& b) {
             baselines::test_candidate(*topology_, frame, a.info(), b.info(), contacts);
         };
@@ -67,7 +67,7 @@ private:
         boxes.clear();
         const Range triangles = topology_->bodies[body].triangles;
         for (Index t = triangles.first; t < triangles.end(); ++t) {
-            const Box box = baselines::grown(baselines::box_of(*topology_, frame, t), reach_ / 2.0);
+            const Box box = baselines::grown(baselines::box_of(*topology_, frame, t), query_distance_ / 2.0);
             boxes.emplace_back(
                 CGAL::Bbox_3(box.min.x(), box.min.y(), box.min.z(), box.max.x(), box.max.y(), box.max.z()), t);
         }
@@ -75,7 +75,7 @@ private:
 
     std::ptrdiff_t cutoff_;
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;  ///< m
+    double query_distance_ = 0.0;  ///< m
     std::vector<std::vector<TriangleBox>> boxes_;
     std::vector<Box> body_boxes_;
 };
@@ -88,7 +88,7 @@ DetectorEntry cgal_boxes_detector() {
             .library = "CGAL",
             .version = CGAL_VERSION_STR,
             .configuration = "box_intersection_d (GPL-3), double boxes; candidates decided by trocar's exact test",
-            .reach = true,
+            .query_distance = true,
             .parameters = {{.name = "cutoff",
                             .type = Parameter::Type::integer,
                             .unit = "1",

@@ -1,14 +1,15 @@
 // Embree 3 rtcCollide on user geometry, one scene per body, followed by our exact triangle test.
 //
 // Settings, and where they depart from the library's default:
-// * device "threads=1": every contestant runs on one thread (default: all cores).
+// * device "threads=1": every method runs on one thread (default: all cores).
 // * geometry build quality REFIT and scene flag DYNAMIC: the tree is refitted to the moved vertices each tick instead
 // of
 //   being rebuilt (default: MEDIUM, static). The scene's own quality is LOW, which makes one tree per geometry, the
 //   only kind that Embree refits; the geometry's tree is built once by the surface area heuristic.
 // * update=rebuild builds a tree of `quality` each tick: low (Morton codes) or medium (surface area heuristic).
 // * boxes are rounded outward to float: Embree stores float boxes, and nothing may be missed.
-// * within a reach every box has half of it added on all sides, in both scenes; bodies at rest are followed when the
+// * within a query distance every box has half of it added on all sides, in both scenes; bodies at rest are followed
+// when the
 //   reach changes.
 // * leaf=cluster puts runs of `cluster_size` consecutive triangles into one primitive, the hybrid a sceptic asks for.
 // * Embree takes subnormal numbers for zero while it runs; in its callback they count again, or our test would err.
@@ -42,7 +43,7 @@ struct EmbreeBody {
     const Topology* topology = nullptr;
     const Frame* frame = nullptr;
     const baselines::FloatVertices* vertices = nullptr;  ///< the frame's, narrowed
-    double around = 0.0;                                 ///< m, half of the reach
+    double around = 0.0;                                 ///< m, half of the query distance
     Range triangles;
     Index triangles_per_primitive = 1;
     RTCGeometry geometry = nullptr;
@@ -185,17 +186,17 @@ public:
         }
     }
 
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         if (!is_answerable(*topology_, frame)) return;
         if (bodies_.empty() && !topology_->bodies.empty()) prepare(*topology_, frame);
         vertices_.narrow(frame);
         for (std::size_t i = 0; i < bodies_.size(); ++i) {
             EmbreeBody& body = *bodies_[i];
             body.frame = &frame;
-            const bool other_reach = body.around != reach_ / 2.0;
-            if (!other_reach && !baselines::may_have_moved(frame, topology_->bodies[i])) continue;
-            body.around = reach_ / 2.0;
+            const bool other_query_distance = body.around != query_distance_ / 2.0;
+            if (!other_query_distance && !baselines::may_have_moved(frame, topology_->bodies[i])) continue;
+            body.around = query_distance_ / 2.0;
             body.box = baselines::grown(box_of_body(*topology_, frame, topology_->bodies[i]), body.around);
             rtcUpdateGeometryBuffer(body.geometry, RTC_BUFFER_TYPE_VERTEX, 0);
             rtcCommitGeometry(body.geometry);
@@ -206,7 +207,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        contacts.reach = reach_;
+        contacts.query_distance = query_distance_;
         if (device_ == nullptr) {
             contacts.outcome = {OutcomeKind::unsupported,
                                 "Embree could not make a device, or is another version than its header"};
@@ -250,7 +251,7 @@ private:
     Index triangles_per_primitive_;
     RTCBuildQuality quality_;
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;  ///< m
+    double query_distance_ = 0.0;  ///< m
     RTCDevice device_ = nullptr;
     baselines::FloatVertices vertices_;
     std::vector<std::unique_ptr<EmbreeBody>> bodies_;
@@ -265,7 +266,7 @@ DetectorEntry embree_collide_detector() {
             .version = RTC_VERSION_STRING,
             .configuration =
                 "rtcCollide, float boxes rounded outward, threads=1; candidates decided by trocar's exact test",
-            .reach = true,
+            .query_distance = true,
             .parameters = {{.name = "update",
                             .type = Parameter::Type::choice,
                             .default_value = "refit",

@@ -22,10 +22,10 @@ public:
     void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
 
     // Once per tick: follow the moved vertices. Here belongs what a library calls refit or rebuild; its time is shown
-    // in a column of its own. With a reach (m) above 0 also pairs that come as near as that are wanted, in
+    // in a column of its own. With a query distance (m) above 0 also pairs that come as near as that are wanted, in
     // contacts.near; a method that can answer this says so in its entry (.reach), this one refuses.
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         if (is_answerable(*topology_, frame)) triangle_boxes(frame.position, topology_->triangles, boxes_);
     }
 
@@ -34,7 +34,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;  // NaN in, outcome not_finite out
-        if (!check_no_reach(reach_, contacts)) return;
+        if (!check_no_query_distance(query_distance_, contacts)) return;
         for (const auto& [body_a, body_b] : topology_->body_pairs) {
             overlapping_boxes(boxes_, topology_->bodies[static_cast<std::size_t>(body_a)].triangles,
                               topology_->bodies[static_cast<std::size_t>(body_b)].triangles, candidates_);
@@ -53,7 +53,7 @@ private:
     }
 
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;  ///< m
+    double query_distance_ = 0.0;  ///< m
     // Buffers are members and keep their memory: after the first ticks nothing is allocated any more.
     std::vector<Box> boxes_;
     std::vector<IndexPair> candidates_;
@@ -61,8 +61,8 @@ private:
 
 }  // namespace
 
-// The one function that the CMake line looks for: <name>_detector. Settings that a user may want to sweep are declared
-// in `.parameters` and reach the maker checked; fcl_bvh.cpp shows how.
+// The one function that the CMake line searches for: <name>_detector. Settings that a user may want to sweep are
+// declared in `.parameters` and reach the maker checked; fcl_bvh.cpp shows how.
 DetectorEntry example_detector() {
     return {.name = "example",
             .configuration = "double precision; sweep along one axis, exact triangle test",

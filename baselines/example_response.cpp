@@ -26,35 +26,35 @@ public:
         materials_ = &materials;
     }
 
-    // Once per tick: says in `effect` what shall happen and does nothing itself. What is owed:
+    // Once per tick: says in `output` what shall happen and does nothing itself. What is owed:
     //   - `contacts.contacts` is all there is to know of what touches. Without contacts there is no effect, whatever
     //   the
-    //     frame looks like: a response that searches for itself would hide what a detector has missed.
+    //     frame resembles: a response that searches for itself would hide what a detector has missed.
     //   - The same contacts give the same effect to the bit, in another order the same but for rounding.
-    //   - Never throw, never ask for memory after the first ticks (the lists of `effect` keep theirs), leave frame and
+    //   - Never throw, never ask for memory after the first ticks (the lists of `output` keep theirs), leave frame and
     //     contacts alone. What is written must be finite, vertices must exist, weights sum to 1, normals be of
     //     length 1. A response that breaks this ends the run by name, `threw` or `not_finite`.
-    // `loads` tells what each contact of the last effect gave; this law does not ask.
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
-                 Effect& effect) override {
-        effect.clear();  // it holds the last tick's
+    // `loads` says what each contact of the last effect gave; this law does not ask.
+    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
+                 ResponseOutput& output) override {
+        output.clear();  // it holds the last tick's
         for (const Contact& contact : contacts.contacts) {
-            // What a source could not tell is NaN or -1 (touching and coplanar triangles have no direction).
+            // What a source could not report is NaN or -1 (touching and coplanar triangles have no direction).
             if (!std::isfinite(contact.gap) || !contact.normal.allFinite()) {
-                effect.skip(SkipReason::no_direction);
+                output.skip(SkipReason::no_direction);
                 continue;
             }
             // The gap is that at the start of the tick, negative inside. A contact with a positive gap is open and gets
             // its spring too: the stepper lets it act from the sub-step on in which the gap closes. A response that
             // leaves open contacts out answers each of them a tick late, when it has become an overlap.
-            effect.contacts.push_back(spring(frame, contact));
+            output.contacts.push_back(spring(frame, contact));
         }
     }
 
 private:
     // The stepper evaluates the force anew in every sub-step, so that a stiff spring stays stable; that is why a
-    // response tells a law and not a force.
-    [[nodiscard]] LinearContact spring(const Frame& frame, const Contact& contact) const {
+    // response reports a law and not a force.
+    [[nodiscard]] ContactForceLaw spring(const Frame& frame, const Contact& contact) const {
         const BodyKind kind_a = topology_->bodies[at(contact.body_a)].kind;
         const BodyKind kind_b = topology_->bodies[at(contact.body_b)].kind;
         // Bodies are sorted (instrument, rigid, tissue), so that b is the softer one: it is pushed along the normal,
@@ -62,7 +62,7 @@ private:
         const bool push_b = kind_b != BodyKind::rigid;
         const ContactPoint& pushed = push_b ? contact.on_b : contact.on_a;
         const ContactPoint& other = push_b ? contact.on_a : contact.on_b;
-        LinearContact spring;
+        ContactForceLaw spring;
         spring.source_id = contact.id;
         spring.vertices = pushed.vertices;
         spring.weights = pushed.weights;
@@ -83,7 +83,7 @@ private:
     }
 
     // The user's setting first, else the scene's law for the two bodies, else the springs of the tissue that is pushed.
-    void set_law(const Contact& contact, const ContactPoint& pushed, LinearContact& spring) const {
+    void set_law(const Contact& contact, const ContactPoint& pushed, ContactForceLaw& spring) const {
         const ContactLaw& law = materials_->contact_laws[at(topology_->body_pair(contact.body_a, contact.body_b))];
         spring.k = std::isnan(k_) ? law.k : k_;
         if (std::isnan(spring.k)) {
@@ -106,7 +106,7 @@ private:
 
 }  // namespace
 
-// The one function that the CMake line looks for: <name>_response. The line names this file, since the detector has
+// The one function that the CMake line searches for: <name>_response. The line names this file, since the detector has
 // example.cpp: trocar_add_response(example example_response.cpp).
 ResponseEntry example_response() {
     ResponseEntry entry;
@@ -114,8 +114,9 @@ ResponseEntry example_response() {
     entry.own = true;
     // The sources that it can work from, its default first (docs/CONTACT.md, section 2). This law takes each contact as
     // it comes, so that it wants the source whose contacts are features along one line, each once, whatever the order
-    // of the triangles: on `near` and `canonical` a law first has to choose among contacts, as penalty.cpp does.
-    entry.sources = {"tracked"};
+    // of the triangles: on `proximity` and `intersection` a law first has to choose among contacts, as penalty.cpp
+    // does.
+    entry.contact_generators = {"tracked_proximity"};
     entry.parameters = {
         {.name = "k",
          .unit = "N/m",

@@ -6,20 +6,20 @@
 //  update             refit, bottom up: the library's fast path. Oriented volumes grow looser by it, so `rebuild`
 //                     (a new tree every tick) and `rebuild_period` (every N ticks) are offered. RSS trees are refitted
 //                     top down: after a bottom-up refit they report no contact at all (78 of 78 pairs lost). So are
-//                     those of OBBRSS while a reach is asked for, since their distance is that of their RSS.
+//                     those of OBBRSS while a query distance is asked for, since their distance is that of their RSS.
 //  beginReplaceModel  not beginUpdateModel, which keeps the frame before and bounds the swept triangles.
 //  world vertices     transforms stay the identity and the vertices are the frame's: fcl::collide() would copy both
 //                     models per query for AABB, RSS and KDOP trees. For the same reason the traversal node is driven
 //                     directly; for OBB, OBBRSS and kIOS this is what fcl::collide() does too.
-//  bodies at rest     not updated, where the frame tells which vertices moved.
+//  bodies at rest     not updated, where the frame says which vertices moved.
 //  num_max_contacts   unlimited (default 1, which stops at the first hit).
 //  enable_contact     only when native contacts are wanted (default off). In that mode FCL drops pairs whose contact
 //                     has no points, such as triangles without area.
 //  enable_cost        off, as by default: it would disable the early exit.
 //  result             cleared per body pair, as it accumulates.
 //  reach              above 0 the same traversal, in which volumes part where the library's distance between them is
-//                     larger; what its triangle test leaves is held against the reach by trocar's leaf. FCL 0.7 has no
-//                     distance of OBB and KDOP ("not implemented"): unsupported.
+//                     larger; what its triangle test leaves is held against the query distance by trocar's leaf. FCL
+//                     0.7 has no distance of OBB and KDOP ("not implemented"): unsupported.
 // Native contacts: up to two per triangle pair; position = a vertex, depth = that vertex' distance below the other
 // triangle's plane, normal = that plane's, following the winding, from the first body to the second.
 #include <fcl/config.h>
@@ -68,11 +68,11 @@ template <typename Volume>
 constexpr bool has_distance = std::is_same_v<Volume, fcl::AABBd> || std::is_same_v<Volume, fcl::RSSd> ||
                               std::is_same_v<Volume, fcl::OBBRSSd> || std::is_same_v<Volume, fcl::kIOSd>;
 
-/// The library's traversal, led on to everything within a reach.
+/// The library's traversal, led on to everything within a query distance.
 template <typename Volume>
-struct WithinReach final : TraversalOf<Volume>::Node {
+struct WithinQueryDistance final : TraversalOf<Volume>::Node {
     using Base = typename TraversalOf<Volume>::Node;
-    double reach = 0.0;
+    double query_distance = 0.0;
     const Topology* topology = nullptr;
     const Frame* frame = nullptr;
     Index first_triangle = 0;  ///< of either body
@@ -83,7 +83,7 @@ struct WithinReach final : TraversalOf<Volume>::Node {
     [[nodiscard]] bool BVTesting(int b1, int b2) const override {
         constexpr double surely = 1.0 + 1e-9;
         ++contacts->work.box_tests;
-        return this->model1->getBV(b1).bv.distance(this->model2->getBV(b2).bv) > surely * reach;
+        return this->model1->getBV(b1).bv.distance(this->model2->getBV(b2).bv) > surely * query_distance;
     }
     void leafTesting(int b1, int b2) const override {
         const std::size_t before = this->result->numContacts();
@@ -93,7 +93,7 @@ struct WithinReach final : TraversalOf<Volume>::Node {
         baselines::test_near(*topology, *frame,
                              {first_triangle + static_cast<Index>(this->model1->getBV(b1).primitiveId()),
                               second_triangle + static_cast<Index>(this->model2->getBV(b2).primitiveId())},
-                             reach, *contacts);
+                             query_distance, *contacts);
     }
 };
 
@@ -108,7 +108,7 @@ class FclBvh final : public baselines::FclDetector {
     using Node = typename TraversalOf<Volume>::Node;
 
     [[nodiscard]] bool refits_bottom_up() const {
-        if (std::is_same_v<Volume, fcl::OBBRSSd>) return reach() == 0.0;
+        if (std::is_same_v<Volume, fcl::OBBRSSd>) return query_distance() == 0.0;
         return !std::is_same_v<Volume, fcl::RSSd>;
     }
 
@@ -129,10 +129,10 @@ private:
         ++ticks_;
         const bool rebuild =
             !settings_.refit || (settings_.rebuild_period > 0 && ticks_ % settings_.rebuild_period == 0);
-        const bool other_way = std::exchange(bottom_up_, refits_bottom_up()) != refits_bottom_up();
+        const bool other_direction = std::exchange(bottom_up_, refits_bottom_up()) != refits_bottom_up();
         for (std::size_t body = 0; body < models_.size(); ++body) {
             if (!models_[body]) continue;
-            if (!rebuild && !other_way && !baselines::may_have_moved(frame, topology().bodies[body])) continue;
+            if (!rebuild && !other_direction && !baselines::may_have_moved(frame, topology().bodies[body])) continue;
             Model& model = *models_[body];
             const Range vertices = topology().bodies[body].vertices;
             baselines::check(model.beginReplaceModel());
@@ -154,7 +154,7 @@ private:
         }
     }
 
-    [[nodiscard]] bool answers_within_reach() const override { return has_distance<Volume>; }
+    [[nodiscard]] bool answers_within_query_distance() const override { return has_distance<Volume>; }
 
     void query(const Frame& frame, ContactSet& contacts) override {
         fcl::CollisionRequestd request(std::numeric_limits<std::size_t>::max(), contacts.native_wanted);
@@ -173,9 +173,9 @@ private:
                 fcl::detail::collide(&node);
             };
             if constexpr (has_distance<Volume>) {
-                if (reach() > 0.0) {
-                    WithinReach<Volume> node;
-                    node.reach = reach();
+                if (query_distance() > 0.0) {
+                    WithinQueryDistance<Volume> node;
+                    node.query_distance = query_distance();
                     node.topology = &topology();
                     node.frame = &frame;
                     node.first_triangle = first_triangle;
@@ -184,7 +184,7 @@ private:
                     traverse(node);
                 }
             }
-            if (reach() == 0.0) {
+            if (query_distance() == 0.0) {
                 Node node;
                 traverse(node);
             }
@@ -241,7 +241,7 @@ DetectorEntry fcl_bvh_detector() {
                                      FCL_HAVE_SSE),
         .information = InformationLevel::contacts,
         .native_contacts = true,
-        .reach = true,
+        .query_distance = true,
         .parameters = {{.name = "bv",
                         .type = Type::choice,
                         .default_value = "AABB",

@@ -2,7 +2,7 @@
 // tick, which are its answer to fast tools. It stands beside our continuous test in the speed sweep.
 //
 // Settings, and where they depart from the library's defaults:
-//  solver=polynomial   the default, and the only one that takes deforming meshes and tells triangles: trees of boxes
+//  solver=polynomial   the default, and the only one that takes deforming meshes and reports triangles: trees of boxes
 //                      around both frames (beginUpdateModel, bottom-up refit) and cubic vertex-face and edge-edge tests
 //                      along straight ways. continuousCollide would take translations only, copy all vertices, and
 //                      stop at the first pair that it comes across (num_max_contacts 1), whose time is not the
@@ -11,7 +11,8 @@
 //                      driven directly. continuousCollide has that traversal and never chooses it, see `conservative`.
 //                      Of the volumes only RSS bound how far a pruned part of the body gets: the bound of OBBRSS is 0,
 //                      and contacts are stepped over.
-//  solver=conservative rigid bodies: what continuousCollide does when asked for conservative advancement. Told almost
+//  solver=conservative rigid bodies: what continuousCollide does when asked for conservative advancement. Reported
+//  almost
 //                      no contact of two meshes, for three reasons in its code: poses are applied to the copy of the
 //                      vertices that the step before had moved already; the speed of the second body along the normal
 //                      is counted with the first one's sign; and once two triangles meet, the normal is zero and so is
@@ -32,7 +33,7 @@
 //  bounding volume     AABB for the polynomial solver (fcl_bvh.cpp says why); for rigid bodies OBBRSS at the end of the
 //                      tick and RSS for advancement, built once in the body's own frame.
 //  request             unlimited contacts, no contact geometry.
-// For rigid bodies, what it tells between frames are two bodies and a time, no triangles.
+// For rigid bodies, what it reports between frames are two bodies and a time, no triangles.
 #include <fcl/config.h>
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/math/bv/utility.h>
@@ -84,8 +85,8 @@ private:
     }
 
     void follow(const Frame& frame) override {
-        has_way_ = frame.previous.cols() == frame.position.cols() && is_finite(frame.previous);
-        const Matrix3X& before = has_way_ ? frame.previous : frame.position;
+        has_path_ = frame.previous.cols() == frame.position.cols() && is_finite(frame.previous);
+        const Matrix3X& before = has_path_ ? frame.previous : frame.position;
         for (std::size_t body = 0; body < models_.size(); ++body) {
             if (!models_[body]) continue;
             const Range v = topology().bodies[body].vertices;
@@ -136,7 +137,7 @@ private:
             const Index a0 = body(a).triangles.first;
             const Index b0 = body(b).triangles.first;
             intersecting(*first, *second, false, a0, b0, contacts.pairs);
-            if (!has_way_ || first->prev_vertices == nullptr || second->prev_vertices == nullptr) continue;
+            if (!has_path_ || first->prev_vertices == nullptr || second->prev_vertices == nullptr) continue;
             ContinuousNode node;
             const fcl::CollisionRequestd all(std::numeric_limits<std::size_t>::max(), false);
             const fcl::Transform3d here = fcl::Transform3d::Identity();
@@ -172,7 +173,7 @@ private:
     std::vector<std::unique_ptr<Model>> models_;  ///< one per body, null for a body without triangles
     fcl::CollisionResultd result_;
     std::vector<TrianglePair> met_;  ///< intersecting at the frame before
-    bool has_way_ = false;           ///< the frame tells the one before
+    bool has_path_ = false;          ///< the frame reports the one before
 };
 
 enum class Solver { advancement, conservative, naive };
@@ -207,14 +208,14 @@ private:
 
     void follow(const Frame& frame) override {
         not_rigid_ = -1;
-        const bool has_way = frame.previous.cols() == frame.position.cols() && frame.previous.allFinite();
+        const bool has_path = frame.previous.cols() == frame.position.cols() && frame.previous.allFinite();
         for (std::size_t body = 0; body < models_.size(); ++body) {
             if (!models_[body]) continue;
             const Range v = topology().bodies[body].vertices;
             const auto here = frame.position.middleCols(v.first, v.count);
             bool rigid = fit(body, here, now_[body]);
             before_[body] = now_[body];
-            if (has_way && frame.previous.middleCols(v.first, v.count) != here) {
+            if (has_path && frame.previous.middleCols(v.first, v.count) != here) {
                 rigid = fit(body, frame.previous.middleCols(v.first, v.count), before_[body]) && rigid;
             }
             if (!rigid && not_rigid_ < 0) not_rigid_ = static_cast<Index>(body);
@@ -282,9 +283,9 @@ private:
             a = advancement_models_[first].get();
             b = advancement_models_[second].get();
         }
-        fcl::ContinuousCollisionResultd way;
-        fcl::continuousCollide(a, before_[first], now_[first], b, before_[second], now_[second], request_, way);
-        return way.is_collide ? way.time_of_contact : -1.0;
+        fcl::ContinuousCollisionResultd path;
+        fcl::continuousCollide(a, before_[first], now_[first], b, before_[second], now_[second], request_, path);
+        return path.is_collide ? path.time_of_contact : -1.0;
     }
 
     /// The loop of the library's conservativeAdvancementMeshOriented, with toc_err for its fixed 1e-5.

@@ -54,8 +54,8 @@ public:
         if (is_answerable(topology, frame)) try_to(Step::build, frame);
     }
 
-    void update(const Frame& frame, double reach) final {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) final {
+        query_distance_ = query_distance;
         if (!is_answerable(*topology_, frame)) return;
         if (!built_) try_to(Step::build, frame);  // the first frame could not be built from
         if (failure_.empty()) try_to(Step::follow, frame);
@@ -64,8 +64,8 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) final {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        if (!answers_within_reach() && !check_no_reach(reach_, contacts)) return;
-        contacts.reach = reach_;
+        if (!answers_within_query_distance() && !check_no_query_distance(query_distance_, contacts)) return;
+        contacts.query_distance = query_distance_;
         try {
             if (failure_.empty()) query(frame, contacts);
         } catch (const std::exception& error) {
@@ -79,9 +79,9 @@ public:
 
 protected:
     [[nodiscard]] const Topology& topology() const { return *topology_; }
-    [[nodiscard]] double reach() const { return reach_; }
-    /// Whether query() finds pairs within reach(); if not, it is asked at reach 0 only.
-    [[nodiscard]] virtual bool answers_within_reach() const { return false; }
+    [[nodiscard]] double query_distance() const { return query_distance_; }
+    /// Whether query() finds pairs within the query distance(); if not, it is asked at reach 0 only.
+    [[nodiscard]] virtual bool answers_within_query_distance() const { return false; }
     [[nodiscard]] const BodyRange& body(Index number) const {
         return topology_->bodies[static_cast<std::size_t>(number)];
     }
@@ -91,7 +91,7 @@ protected:
     virtual void build(const Frame& frame) = 0;
     /// Brings what was built to a frame that can be answered.
     virtual void follow(const Frame& frame) = 0;
-    /// Fills the empty contacts, sorted; `frame` is what follow() was told.
+    /// Fills the empty contacts, sorted; `frame` is what follow() was reported.
     virtual void query(const Frame& frame, ContactSet& contacts) = 0;
 
 private:
@@ -117,7 +117,7 @@ private:
     }
 
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;  ///< m
+    double query_distance_ = 0.0;  ///< m
     std::string failure_;
     bool built_ = false;
 };

@@ -123,7 +123,7 @@ private:
     std::size_t used_ = 0;
 };
 
-/// Never destroyed, and still named by somebody: what checks for leaks tells of what nobody can find any more. It looks
+/// Never destroyed, and still named by somebody: what checks for leaks reports what nobody can find any more. It looks
 /// when all that is static has been destroyed, so the list that names them stays, too.
 void abandon(World* world) {
     static auto* const worlds = new std::vector<World*>;  // NOLINT(cppcoreguidelines-owning-memory): never given back
@@ -169,24 +169,24 @@ public:
         }
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
-                 Effect& effect) override {
-        effect.clear();
-        effect.solver = this;
-        effect.solver_timing = settings_.timing;
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
+                 ResponseOutput& output) override {
+        output.clear();
+        output.solver = this;
+        output.solver_timing = settings_.timing;
         laws_of_.clear();
-        led_.clear();
-        points_.gather(*topology_, frame, contacts, settings_.reduce, effect);
+        driven_.clear();
+        points_.gather(*topology_, frame, contacts, settings_.reduce, output);
         for (const PointContact& contact : points_.list()) {
-            const LinearContact law = spring_damper(*topology_, laws_, frame, dt, contact);
+            const ContactForceLaw law = spring_damper(*topology_, laws_, frame, dt, contact);
             if (settings_.penalty && law.k + law.mu <= 0.0) continue;
             if (topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue) {
-                add_on_tissue(frame, contact, law, effect);
+                add_on_tissue(frame, contact, law, output);
             } else {
-                led_.push_back({.contact = &contact, .law = law});
+                driven_.push_back({.contact = &contact, .law = law});
             }
         }
-        if (!led_.empty()) press_led(frame, dt, effect);
+        if (!driven_.empty()) press_driven(frame, dt, output);
     }
 
     void solve(PredictedStep& step) override {
@@ -227,9 +227,9 @@ private:
         dBodyID body = nullptr;
     };
     /// A contact without tissue.
-    struct Led {
+    struct Driven {
         const PointContact* contact = nullptr;
-        LinearContact law;
+        ContactForceLaw law;
         double impulse = 0.0;  ///< N s, on body b
     };
 
@@ -278,13 +278,14 @@ private:
     /// A joint that bears less of a contact makes ODE's matrix too badly scaled for its solver (dxLDLTRemove).
     static constexpr double least_share = 1e-4;
 
-    void add_on_tissue(const Frame& frame, const PointContact& contact, const LinearContact& law, Effect& effect) {
+    void add_on_tissue(const Frame& frame, const PointContact& contact, const ContactForceLaw& law,
+                       ResponseOutput& output) {
         std::array<std::pair<Index, double>, 3> a{std::pair<Index, double>{-1, 1.0}};
         std::array<std::pair<Index, double>, 3> b;
         const bool both = topology_->bodies[at(contact.body_a)].kind == BodyKind::tissue;
         const std::size_t count_a = both ? nodes_of(contact.a, a) : 1;
         const std::size_t count_b = nodes_of(contact.b, b);
-        LinearContact joint = solved_contact(frame, contact, law);
+        ContactForceLaw joint = solved_contact(frame, contact, law);
         bool any = false;
         for (std::size_t i = 0; i < count_a; ++i) {
             for (std::size_t j = 0; j < count_b; ++j) {
@@ -300,11 +301,11 @@ private:
                     joint.reaction_vertices = {a[i].first, -1, -1};
                     joint.reaction_weights = {1.0, 0.0, 0.0};
                 }
-                effect.contacts.push_back(joint);
+                output.contacts.push_back(joint);
                 laws_of_.push_back({share * law.k, share * law.mu});
             }
         }
-        if (!any) effect.skip(SkipReason::not_handled);
+        if (!any) output.skip(SkipReason::not_handled);
     }
 
     dBodyID device(const Frame& frame, Index body) {
@@ -319,20 +320,20 @@ private:
     }
 
     /// Contacts without tissue, in as many steps as the tissue has; what they give is held over the tick.
-    void press_led(const Frame& frame, double dt, Effect& effect) {
+    void press_driven(const Frame& frame, double dt, ResponseOutput& output) {
         const int steps = settings_.penalty ? std::max(1, materials_->substeps) : 1;
         const double h = dt / steps;
         for (Device& device : device_) device.body = nullptr;
         joints_.clear();
         in_world([&] {
-            for (const Led& led : led_) {
-                const PointContact& contact = *led.contact;
+            for (const Driven& driven : driven_) {
+                const PointContact& contact = *driven.contact;
                 Joint joint{.b = device(frame, contact.body_b),
                             .a = device(frame, contact.body_a),
                             .normal = contact.normal,
-                            .depth = -led.law.gap,
-                            .k = led.law.k,
-                            .mu = led.law.mu};
+                            .depth = -driven.law.gap,
+                            .k = driven.law.k,
+                            .mu = driven.law.mu};
                 // What the bodies' own velocities lack.
                 const Vector3 surface = contact.b.blend(frame.velocity) - contact.a.blend(frame.velocity);
                 joint.speed = -(surface - velocity_of(joint.b) + velocity_of(joint.a)).dot(joint.normal);
@@ -343,24 +344,24 @@ private:
                 advance(h);
                 for (std::size_t j = 0; j < joints_.size(); ++j) {
                     Joint& joint = joints_[j];
-                    led_[j].impulse += h * force_[j];
+                    driven_[j].impulse += h * force_[j];
                     joint.depth -= h * ((velocity_of(joint.b) - velocity_of(joint.a)).dot(joint.normal) - joint.speed);
                 }
             }
         });
-        for (const Led& led : led_) {
-            const PointContact& contact = *led.contact;
-            const Vector3 force = led.impulse / dt * contact.normal;
+        for (const Driven& driven : driven_) {
+            const PointContact& contact = *driven.contact;
+            const Vector3 force = driven.impulse / dt * contact.normal;
             // The reaction lies on the line of the force.
             const Vector3 point = contact.b.blend(frame.position);
-            add_wrench(contact.body_b, point, force, effect);
-            add_wrench(contact.body_a, point, -force, effect);
+            add_wrench(contact.body_b, point, force, output);
+            add_wrench(contact.body_a, point, -force, output);
         }
     }
 
-    void add_wrench(Index body, const Vector3& point, const Vector3& force, Effect& effect) const {
+    void add_wrench(Index body, const Vector3& point, const Vector3& force, ResponseOutput& output) const {
         if (topology_->bodies[at(body)].kind != BodyKind::instrument) return;
-        Wrench& wrench = effect.wrench[at(body)];
+        Wrench& wrench = output.wrench[at(body)];
         wrench.force += force;
         wrench.moment += point.cross(force);
     }
@@ -409,8 +410,8 @@ private:
     std::unique_ptr<World> world_;
     bool inside_ode_ = false;
     std::vector<Device> device_;
-    std::vector<Law> laws_of_;  ///< per contact of the effect
-    std::vector<Led> led_;
+    std::vector<Law> laws_of_;  ///< per contact of the output
+    std::vector<Driven> driven_;
     std::vector<dBodyID> bodies_;  ///< per column of the step
     std::vector<Joint> joints_;
     std::vector<std::size_t> numbers_;  ///< per joint, of its contact in the step
@@ -469,14 +470,15 @@ ResponseEntry ode_joints_response() {
     const std::vector<Parameter> law =
         law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there");
     entry.parameters.insert(entry.parameters.begin() + 1, law.begin(), law.end());
-    // `near` offers several open features per vertex. dWorldStep's dense solver takes minutes per simulated second for
-    // them, and a check of its own fails (dxLDLTRemove).
-    entry.why_unreadable = [](const ParameterValues& values, std::string_view source) -> std::string {
+    // `proximity` offers several open features per vertex. dWorldStep's dense solver takes minutes per simulated second
+    // for them, and a check of its own fails (dxLDLTRemove).
+    entry.why_unreadable = [](const ParameterValues& values, std::string_view generator) -> std::string {
         const bool dense =
             values.is("stepper", "auto") ? values.is("setting", "penalty") : values.is("stepper", "world");
-        if (source != "near" || !dense) return {};
-        return "dWorldStep of ode_joints cannot bear the many open contacts of 'near'; take stepper=quick or another "
-               "contact source";
+        if (generator != "proximity" || !dense) return {};
+        return "dWorldStep of ode_joints cannot bear the many open contacts of 'proximity'; take stepper=quick or "
+               "another "
+               "contact generator";
     };
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         if (!ode_precision_matches()) {

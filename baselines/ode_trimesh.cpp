@@ -15,10 +15,10 @@
 // What its pairs mean: ODE has no list of intersecting triangles. Its trimesh collider finds them all (OPCODE's pair
 // list), makes contacts of each, and merges contacts of different pairs that lie within 1e-4 of a length unit: averaged
 // when their depths agree within 1e-5 units, else only the deeper one stays. The merge callbacks, installed on both
-// meshes, still tell the triangles of an averaged contact, and they are counted as pairs; a replaced or dropped contact
-// is told to nobody, and a pair all of whose contacts fared so is lost. Most are at one point: a vertex below a plane
-// is the deepest point of every triangle around it. Other callbacks (dGeomTriMeshSetCallback, …SetArrayCallback) are
-// called for trimeshes against primitives only, and OPCODE's list has no public way out.
+// meshes, still report the triangles of an averaged contact, and they are counted as pairs; a replaced or dropped
+// contact is made to nobody, and a pair all of whose contacts fared so is lost. Most are at one point: a vertex below a
+// plane is the deepest point of every triangle around it. Other callbacks (dGeomTriMeshSetCallback, …SetArrayCallback)
+// are called for trimeshes against primitives only, and OPCODE's list has no public way out.
 //  merge      as_is (default): one trimesh per body, as ODE's users have it. none: no pair is lost; each body becomes
 //             trimeshes whose triangles share no vertex (some seven to ten, greedy colouring), since contacts are
 //             merged within one dCollide only. The trees together are as large as before, the calls are some fifty
@@ -140,8 +140,8 @@ public:
         if (is_answerable(topology, frame)) guard([&] { build(frame); });
     }
 
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         use_ode();
         if (!is_answerable(*topology_, frame)) return;
         guard([&] {
@@ -157,7 +157,7 @@ public:
         use_ode();
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        if (!check_no_reach(reach_, contacts)) return;
+        if (!check_no_query_distance(query_distance_, contacts)) return;
         if (failure_.empty()) guard([&] { query(contacts); });
         if (!failure_.empty()) {
             contacts.clear();
@@ -300,7 +300,7 @@ private:
 
     Settings settings_;
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;            ///< m
+    double query_distance_ = 0.0;   ///< m
     std::vector<MeshBody> bodies_;  ///< without meshes where a body has no triangles
     std::vector<dContactGeom> found_;
     std::string failure_;

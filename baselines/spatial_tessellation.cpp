@@ -15,7 +15,8 @@
 //   grows until that holds. The textbook layout, and what the thesis calls inefficient.
 // * lists are filled by counting, then writing, into one array, which keeps its memory from tick to tick.
 // * a bucket with triangles of one body only is left at once.
-// * within a reach every box has half of it added on all sides, before it is put into cells and in every box test.
+// * within a query distance every box has half of it added on all sides, before it is put into cells and in every box
+// test.
 // * a triangle over more cells than a quarter of the scene's triangles is tested against all others instead.
 //
 // No pair is missed: cell numbers are monotone in the coordinate, so overlapping boxes share a cell; the pair counts in
@@ -70,8 +71,8 @@ public:
         if (is_answerable(topology, frame)) choose_edge(frame);
     }
 
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         large_.clear();
         if (!is_answerable(*topology_, frame) || topology_->triangle_count() == 0) return;
         if (edge_ == 0.0) choose_edge(frame);
@@ -85,7 +86,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        contacts.reach = reach_;
+        contacts.query_distance = query_distance_;
         if (topology_->triangle_count() == 0) return;
         contacts.work.vertices_read = topology_->vertex_count;
         contacts.work.cells_visited = static_cast<std::int64_t>(entries_.size() + bucket_count_);
@@ -108,7 +109,7 @@ public:
 
 private:
     [[nodiscard]] Box box_of(const Frame& frame, Index triangle) const {
-        return baselines::grown(baselines::box_of(*topology_, frame, triangle), reach_ / 2.0);
+        return baselines::grown(baselines::box_of(*topology_, frame, triangle), query_distance_ / 2.0);
     }
     [[nodiscard]] Index body_of(Index triangle) const {
         return topology_->body_of_triangle[static_cast<std::size_t>(triangle)];
@@ -131,7 +132,7 @@ private:
     void find_box(const Frame& frame) {
         box_ = Box{};
         for (Index v = 0; v < topology_->vertex_count; ++v) box_.add(frame.position.col(v));
-        box_ = baselines::grown(box_, reach_ / 2.0);
+        box_ = baselines::grown(box_, query_distance_ / 2.0);
     }
 
     /// Cell of every vertex, `edge` long (m); false when a dense array over them would be too large.
@@ -161,8 +162,8 @@ private:
                 p += 3;
             }
         };
-        number_all(-reach_ / 2.0, cells_of_vertex_);
-        if (reach_ > 0.0) number_all(reach_ / 2.0, cells_after_vertex_);
+        number_all(-query_distance_ / 2.0, cells_of_vertex_);
+        if (query_distance_ > 0.0) number_all(query_distance_ / 2.0, cells_after_vertex_);
         return true;
     }
 
@@ -171,7 +172,7 @@ private:
         const auto of = [corner](const std::vector<Int4>& cells, int k) {
             return cells[static_cast<std::size_t>(corner[k])];
         };
-        const std::vector<Int4>& after = reach_ > 0.0 ? cells_after_vertex_ : cells_of_vertex_;
+        const std::vector<Int4>& after = query_distance_ > 0.0 ? cells_after_vertex_ : cells_of_vertex_;
         return {lower(lower(of(cells_of_vertex_, 0), of(cells_of_vertex_, 1)), of(cells_of_vertex_, 2)),
                 higher(higher(of(after, 0), of(after, 1)), of(after, 2))};
     }
@@ -270,12 +271,12 @@ private:
     bool dense_;
     double cells_per_triangle_;
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;  ///< m
-    double edge_ = 0.0;   ///< m; 0: not chosen yet
+    double query_distance_ = 0.0;  ///< m
+    double edge_ = 0.0;            ///< m; 0: not chosen yet
     Box box_;
     Int4 width_{};  ///< cells along each axis
     std::size_t bucket_count_ = 0;
-    std::vector<Int4> cells_of_vertex_;     ///< of the point half the reach before it
+    std::vector<Int4> cells_of_vertex_;     ///< of the point half the query distance before it
     std::vector<Int4> cells_after_vertex_;  ///< of the point half the reach after it; unused at reach 0
     struct Run {
         Index triangle;
@@ -299,7 +300,7 @@ DetectorEntry spatial_tessellation_detector() {
     return {.name = "spatial_tessellation",
             .configuration = "one level of equal cells, rebuilt every tick; candidates decided by trocar's exact test",
             .claims_exact = true,
-            .reach = true,
+            .query_distance = true,
             .parameters = {{.name = "cell",
                             .unit = "m",
                             .default_value = "auto",

@@ -40,7 +40,7 @@ def number(row, name):
 
 
 def log_depth(row):
-    return math.log(1e3 * number(row, "residual_max_m") + OFFSET_MM)
+    return math.log(1e3 * number(row, "residual_penetration_max_m") + OFFSET_MM)
 
 
 def parameters(method):
@@ -66,7 +66,7 @@ def search(rows):
             best[family(method)].append((math.inf, jump, method, contacts, failed, math.nan))
             continue
         objective = statistics.fmean(log_depth(row) for row in list_of)
-        worst = max(1e3 * number(row, "residual_max_m") for row in list_of)
+        worst = max(1e3 * number(row, "residual_penetration_max_m") for row in list_of)
         best[family(method)].append((objective, jump, method, contacts, 0, worst))
     print("| response | settings | of these ok | best setting | contacts | worst (mm) | force jump (N) | objective |")
     print("|---|---:|---:|---|---|---:|---:|---:|")
@@ -106,14 +106,14 @@ def ablation(rows):
     cells, failed = [], 0
     steps = defaultdict(dict)
     for row in rows:
-        if row["contacts"] not in ("near", "tracked"):
+        if row["contacts"] not in ("proximity", "tracked_proximity"):
             continue
         step = step_of(row)
         if step:
-            if row["contacts"] == "tracked":
+            if row["contacts"] == "tracked_proximity":
                 steps[(factors_of(row)["law"], step)][row["scene"]] = row
             continue
-        if row["outcome"] != "ok" or math.isnan(number(row, "residual_max_m")):
+        if row["outcome"] != "ok" or math.isnan(number(row, "residual_penetration_max_m")):
             failed += 1
         cells.append((factors_of(row), row["scene"], row))
     # A failed run counts as the deepest of its scene: infinite has no logarithm.
@@ -158,7 +158,7 @@ def ablation(rows):
         print(f"| {', '.join(cell)} | {math.exp(statistics.fmean(logs)) - OFFSET_MM:.3g} |")
     stiffest = max({f["stiffness"] for f, _, _ in value}, key=float)
     top = {(f["law"], s): v for f, s, v in value
-           if f["side information"] == "tracked" and f["look-ahead"] != "scripts" and f["stiffness"] == stiffest}
+           if f["side information"] == "tracked_proximity" and f["look-ahead"] != "scripts" and f["stiffness"] == stiffest}
     laws = sorted({law for law, _ in top})
     if len(laws) == 2:
         differences = [top[(laws[1], s)] - top[(laws[0], s)] for s in scenes]

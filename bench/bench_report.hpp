@@ -17,7 +17,7 @@ struct BenchReport {
     std::map<std::string, std::string> files;  ///< path relative to the report's folder -> content
     std::string page_one;                      ///< what a terminal shows
     Document document;                         ///< what the files were written from
-    /// Contestants that claim exactness and differed from truth somewhere: "label in cell".
+    /// Methods that claim exactness and differed from truth somewhere: "label in cell".
     std::vector<std::string> broken_claims;
 };
 

@@ -23,7 +23,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::int64_t warm_up = 1000;       ///< ticks with a box pair that grow the buffers and tell the usual time
+constexpr std::int64_t warm_up = 1000;       ///< ticks with a box pair that grow the buffers and report the usual time
 constexpr std::int64_t truth_stride = 1000;  ///< one tick in so many is held against the oracle
 
 std::int64_t ns_since(Clock::time_point start) {
@@ -85,15 +85,15 @@ struct BoundedRunner {
     }
 };
 
-BoundedRunner start(const Contestant& contestant, const Scene& scene) {
+BoundedRunner start(const Method& method, const Scene& scene) {
     BoundedRunner runner;
-    runner.result.label = contestant.label;
-    runner.result.library = contestant.library;
-    runner.result.own = contestant.own;
-    runner.result.claims_exact = contestant.claims_exact;
+    runner.result.label = method.label;
+    runner.result.library = method.library;
+    runner.result.own = method.own;
+    runner.result.claims_exact = method.claims_exact;
     runner.contacts.native_wanted = false;
     try {
-        runner.detector = contestant.make();
+        runner.detector = method.make();
         runner.detector->prepare(scene.topology, scene.first);
     } catch (const std::exception& error) {
         runner.result.outcome = {OutcomeKind::threw, error.what()};
@@ -101,7 +101,7 @@ BoundedRunner start(const Contestant& contestant, const Scene& scene) {
     return runner;
 }
 
-/// Pairs of triangles whose boxes overlap; no contestant is asked.
+/// Pairs of triangles whose boxes overlap; no method is asked.
 class BoxPairs {
 public:
     explicit BoxPairs(const Topology& topology) : topology_(topology) {}
@@ -149,18 +149,18 @@ Scene repeated(Scene scene, std::int64_t cycles, double pause) {
 }
 
 Scene repeated(const std::filesystem::path& scene_file, std::int64_t cycles) {
-    constexpr double way_back = 0.1;  // s
-    return repeated(read_scene(scene_file, std::nullopt), cycles, way_back);
+    constexpr double return_time = 0.1;  // s
+    return repeated(read_scene(scene_file, std::nullopt), cycles, return_time);
 }
 
-BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Contestant>& contestants, std::int64_t ticks,
+BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Method>& methods, std::int64_t ticks,
                                    const std::function<void(const std::string&)>& now) {
     BoundedMeasurement measurement;
     measurement.scene = scene.name;
     std::vector<BoundedRunner> runners;
-    for (const Contestant& contestant : contestants) {
-        if (now) now(contestant.label);
-        runners.push_back(start(contestant, scene));
+    for (const Method& method : methods) {
+        if (now) now(method.label);
+        runners.push_back(start(method, scene));
         for (std::vector<double>* series : {&runners.back().work, &runners.back().wall, &runners.back().empty}) {
             series->reserve(static_cast<std::size_t>(ticks));
         }

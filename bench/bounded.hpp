@@ -1,4 +1,4 @@
-// How much worse the worst tick is than an ordinary one: every contestant over a long run of the same ticks, in counted
+// How much worse the worst tick is than an ordinary one: every method over a long run of the same ticks, in counted
 // work and in wall time, with a loop that computes nothing beside it, since on a shared machine most of a bad tick is
 // the machine's. Frames come from a scene that is driven while they are used; nothing is stored.
 #pragma once
@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "contestants.hpp"
+#include "methods.hpp"
 #include "scene/scene.hpp"
 
 namespace trocar::bench {
 
-/// A series of numbers, one per tick, as far as its tail tells.
+/// A series of numbers, one per tick, as far as its tail reports.
 struct Spread {
     double median = -1.0;
     double p99 = -1.0;
@@ -57,8 +57,8 @@ Scene repeated(Scene scene, std::int64_t cycles, double pause);
 /// A scene file, repeated as the bench and its test use it. Throws InputError when the file is not there.
 Scene repeated(const std::filesystem::path& scene_file, std::int64_t cycles);
 
-/// Runs until `ticks` ticks had a pair of overlapping boxes. `now` is told who is about to run.
-BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Contestant>& contestants, std::int64_t ticks,
+/// Runs until `ticks` ticks had a pair of overlapping boxes. `now` is reported who is about to run.
+BoundedMeasurement measure_bounded(const Scene& scene, const std::vector<Method>& methods, std::int64_t ticks,
                                    const std::function<void(const std::string&)>& now = {});
 
 }  // namespace trocar::bench

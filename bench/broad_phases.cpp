@@ -36,7 +36,7 @@ public:
     virtual ~BroadPhase() = default;
     virtual void prepare(const std::vector<Box>& boxes) = 0;
     virtual void update(const std::vector<Box>& boxes) = 0;
-    /// Appends (a, b) in any order, each pair once; returns how many pairs it looked at as far as that can be told.
+    /// Appends (a, b) in any order, each pair once; returns how many pairs it examined as far as that can be reported.
     virtual std::int64_t find(const std::vector<Box>& boxes, std::vector<std::array<Index, 2>>& pairs) = 0;
 };
 
@@ -50,8 +50,8 @@ public:
         find_boxes(frame);
         broad_->prepare(boxes_);
     }
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         if (!is_answerable(*topology_, frame)) return;
         find_boxes(frame);
         broad_->update(boxes_);
@@ -59,7 +59,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        if (!check_no_reach(reach_, contacts)) return;
+        if (!check_no_query_distance(query_distance_, contacts)) return;
         body_pairs_.clear();
         contacts.work.vertices_read = topology_->vertex_count;
         contacts.work.box_tests = broad_->find(boxes_, body_pairs_);
@@ -108,7 +108,7 @@ private:
 
     std::unique_ptr<BroadPhase> broad_;
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;  ///< m
+    double query_distance_ = 0.0;  ///< m
     std::vector<Box> boxes_;
     std::vector<std::array<Index, 2>> body_pairs_;
     std::vector<Index> near_;  ///< triangles of a, then of b, in the box that the two have in common
@@ -224,20 +224,20 @@ private:
 #endif
 
 template <typename Broad>
-Contestant broad_phase(const char* label, const char* library, const char* family) {
-    Contestant contestant;
-    contestant.label = label;
-    contestant.library = library;
-    contestant.family = family;
-    contestant.narrow = "trocar's exact test";
-    contestant.make = [] { return std::make_unique<BodiesFirst>(std::make_unique<Broad>()); };
-    return contestant;
+Method broad_phase(const char* label, const char* library, const char* family) {
+    Method method;
+    method.label = label;
+    method.library = library;
+    method.family = family;
+    method.narrow = "trocar's exact test";
+    method.make = [] { return std::make_unique<BodiesFirst>(std::make_unique<Broad>()); };
+    return method;
 }
 
 }  // namespace
 
-std::vector<Contestant> broad_phases([[maybe_unused]] std::vector<Missing>& missing) {
-    std::vector<Contestant> list;
+std::vector<Method> broad_phases([[maybe_unused]] std::vector<Missing>& missing) {
+    std::vector<Method> list;
     list.push_back(broad_phase<EveryTwo>("bodies: every two boxes", "none", "none"));
 #ifdef TROCAR_BENCH_FCL
     list.push_back(broad_phase<FclManager>("bodies: FCL dynamic tree", "FCL " FCL_VERSION, "tree"));

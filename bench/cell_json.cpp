@@ -11,7 +11,7 @@ namespace trocar::bench {
 namespace {
 
 using Json = nlohmann::ordered_json;
-constexpr const char* format = "trocar-bench-1";
+constexpr const char* format = "trocar-bench-2";
 
 Json outcome_json(const Outcome& outcome) { return {name_of(outcome.kind), outcome.message}; }
 Outcome outcome_from(const Json& json) {
@@ -46,15 +46,15 @@ Json method_json(const MethodResult& result) {
         {"pairs", result.pairs},
         {"differing_steps", result.differing_steps},
         {"truth_steps", result.truth_steps},
-        {"missing", result.missing},
-        {"extra", result.extra},
+        {"false_negatives", result.false_negatives},
+        {"false_positives", result.false_positives},
         {"true_pairs", result.true_pairs},
         {"cold_ns", result.cold_ns},
         {"step", result.step},
         {"update_ns", result.update_ns},
         {"detect_ns", result.detect_ns},
         {"wall_ns", result.wall_ns}};
-    if (result.within_reach) json["near_pairs"] = result.near_pairs;
+    if (result.within_query_distance) json["near_pairs"] = result.near_pairs;
     return json;
 }
 
@@ -78,11 +78,11 @@ MethodResult method_from(const Json& json) {
     result.pairs = json.at("pairs");
     result.differing_steps = json.at("differing_steps");
     result.truth_steps = json.at("truth_steps");
-    result.missing = json.at("missing");
-    result.extra = json.at("extra");
+    result.false_negatives = json.at("false_negatives");
+    result.false_positives = json.at("false_positives");
     result.true_pairs = json.at("true_pairs");
-    result.within_reach = json.contains("near_pairs");
-    if (result.within_reach) result.near_pairs = json.at("near_pairs");
+    result.within_query_distance = json.contains("near_pairs");
+    if (result.within_query_distance) result.near_pairs = json.at("near_pairs");
     json.at("cold_ns").get_to(result.cold_ns);
     json.at("step").get_to(result.step);
     json.at("update_ns").get_to(result.update_ns);
@@ -187,8 +187,8 @@ CellRecord record_from(const Json& json) {
     record.load_after = json.at("load_after");
     record.measurement.true_pairs = json.at("true_pairs");
     record.measurement.frames_hash = json.at("frames_hash");
-    if (json.contains("reach")) {
-        record.reach = json.at("reach");
+    if (json.contains("query_distance")) {
+        record.query_distance = json.at("query_distance");
         record.measurement.true_near_pairs = json.at("true_near_pairs");
     }
     if (const auto bounded = json.find("bounded"); bounded != json.end()) record.bounded = bounded_from(*bounded);
@@ -231,8 +231,8 @@ std::string to_json_line(const CellRecord& record) {
               {"frames_hash", record.measurement.frames_hash},
               {"micro", Json::array()},
               {"methods", Json::array()}};
-    if (record.spec.group == Group::reach) {
-        json["reach"] = record.reach;
+    if (record.spec.group == Group::query_distance) {
+        json["query_distance"] = record.query_distance;
         json["true_near_pairs"] = record.measurement.true_near_pairs;
     }
     if (record.spec.group == Group::bounded) json["bounded"] = bounded_json(record.bounded);

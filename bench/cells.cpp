@@ -19,7 +19,7 @@ namespace trocar::bench {
 namespace {
 
 constexpr Index million = 1000000;
-constexpr const char* long_run_scene = "i2t_drag";  // group bounded: the one that rivals take part in
+constexpr const char* long_run_scene = "i2t_drag";  // group bounded: the one that baselines take part in
 
 class Plan {
 public:
@@ -65,45 +65,45 @@ private:
     std::vector<CellSpec> cells_;
 };
 
-bool takes_part(const CellSpec& spec, const Contestant& contestant, std::int64_t triangles) {
-    if (contestant.part == Part::settings_cell && spec.group != Group::settings) return false;
+bool takes_part(const CellSpec& spec, const Method& method, std::int64_t triangles) {
+    if (method.part == Part::settings_cell && spec.group != Group::settings) return false;
     // What takes seconds per step at 10^6 triangles is shown once over size, not again in every other group.
     const bool every_size = !spec.quick && spec.group == Group::size;
-    const std::int64_t most = every_size ? contestant.most_triangles_full : contestant.most_triangles_quick;
+    const std::int64_t most = every_size ? method.most_triangles_full : method.most_triangles_quick;
     return most == 0 || triangles <= most;
 }
 
 /// The A/A floor: the anchor and the first of ours take part twice.
-void add_copies(std::vector<Contestant>& list) {
-    std::vector<Contestant> copies;
+void add_copies(std::vector<Method>& list) {
+    std::vector<Method> copies;
     bool anchored = false;
     bool own = false;
-    for (const Contestant& contestant : list) {
-        const bool anchor = !anchored && (contestant.method == embree_anchor || contestant.method == fcl_anchor);
-        const bool first = !own && contestant.own;
+    for (const Method& method : list) {
+        const bool anchor = !anchored && (method.method == embree_anchor || method.method == fcl_anchor);
+        const bool first = !own && method.own;
         if (!anchor && !first) continue;
         anchored = anchored || anchor;
-        own = own || contestant.own;
-        copies.push_back(contestant);
+        own = own || method.own;
+        copies.push_back(method);
         copies.back().label += " (again)";
     }
     list.insert(list.end(), copies.begin(), copies.end());
 }
 
-std::vector<Contestant> contestants_of(const CellSpec& spec, std::int64_t triangles, double tissue_edge,
-                                       std::vector<Missing>& missing) {
-    std::vector<Contestant> all = contestants(registry(), missing);
-    std::vector<Contestant> list;
+std::vector<Method> methods_of(const CellSpec& spec, std::int64_t triangles, double tissue_edge,
+                               std::vector<Missing>& missing) {
+    std::vector<Method> all = methods(registry(), missing);
+    std::vector<Method> list;
     if (spec.group == Group::bounded) {
         // Ours, and in the long run the two that ratios are taken to; a full run has every default setting that does
-        // not look at every pair.
-        const bool with_rivals = spec.bounded_scene == long_run_scene;
-        for (Contestant& contestant : all) {
-            const bool anchor = contestant.method == embree_anchor || contestant.method == fcl_anchor;
-            const bool is_default = contestant.method.find(':') == std::string::npos;
-            const bool quadratic = contestant.most_triangles_full > 0;
-            if (is_default && !quadratic && (contestant.own || (with_rivals && (anchor || !spec.quick)))) {
-                list.push_back(std::move(contestant));
+        // not examine every pair.
+        const bool with_baselines = spec.bounded_scene == long_run_scene;
+        for (Method& method : all) {
+            const bool anchor = method.method == embree_anchor || method.method == fcl_anchor;
+            const bool is_default = method.method.find(':') == std::string::npos;
+            const bool quadratic = method.most_triangles_full > 0;
+            if (is_default && !quadratic && (method.own || (with_baselines && (anchor || !spec.quick)))) {
+                list.push_back(std::move(method));
             }
         }
         return list;
@@ -111,14 +111,14 @@ std::vector<Contestant> contestants_of(const CellSpec& spec, std::int64_t triang
     if (spec.group == Group::cell_size) {
         for (const std::string method : {"ohc", "spatial_tessellation", "spatial_tessellation:storage=dense"}) {
             const auto found =
-                std::find_if(all.begin(), all.end(), [&method](const Contestant& c) { return c.method == method; });
+                std::find_if(all.begin(), all.end(), [&method](const Method& c) { return c.method == method; });
             if (found == all.end()) continue;
             list.push_back(*found);
             for (const double factor : {0.5, 0.71, 1.0, 1.41, 2.0, 2.83, 4.0}) {
                 const char* const separator = method.find(':') == std::string::npos ? ":" : ",";
-                Contestant sized = *found;
+                Method sized = *found;
                 sized.method = fmt::format("{}{}cell={:.6g}", method, separator, factor * tissue_edge);
-                sized.make = contestant_of(sized.method).make;
+                sized.make = method_of(sized.method).make;
                 sized.label = fmt::format("{}, cell = {:g} edges", method, factor);
                 list.push_back(std::move(sized));
             }
@@ -127,38 +127,38 @@ std::vector<Contestant> contestants_of(const CellSpec& spec, std::int64_t triang
     }
     if (spec.group == Group::tuning) {
         for (const Search& search : searches(tissue_edge)) {
-            const auto found = std::find_if(all.begin(), all.end(),
-                                            [&search](const Contestant& c) { return c.method == search.name; });
-            if (found == all.end()) continue;  // told as missing
+            const auto found =
+                std::find_if(all.begin(), all.end(), [&search](const Method& c) { return c.method == search.name; });
+            if (found == all.end()) continue;  // reported as missing
             for (const std::string& method : search.tried) {
-                Contestant tried = *found;
+                Method tried = *found;
                 tried.method = method;
                 tried.label = method;
-                tried.make = contestant_of(method).make;
+                tried.make = method_of(method).make;
                 list.push_back(std::move(tried));
             }
         }
         return list;
     }
-    for (Contestant& contestant : all) {
-        if (!takes_part(spec, contestant, triangles)) continue;
-        if (spec.group == Group::reach) {
-            list.push_back(contestant);
-            contestant.label += within_reach;
-            contestant.within_reach = true;
+    for (Method& method : all) {
+        if (!takes_part(spec, method, triangles)) continue;
+        if (spec.group == Group::query_distance) {
+            list.push_back(method);
+            method.label += within_query_distance;
+            method.within_query_distance = true;
         }
-        list.push_back(std::move(contestant));
+        list.push_back(std::move(method));
     }
     if (spec.group == Group::bodies) {
-        for (Contestant& contestant : broad_phases(missing)) list.push_back(std::move(contestant));
+        for (Method& method : broad_phases(missing)) list.push_back(std::move(method));
     }
     if (spec.group == Group::size || spec.group == Group::settings) add_copies(list);
     return list;
 }
 
-/// The reach that a closed loop would tell on these frames (CONTACT §2): a tenth of the smallest mean
+/// The query distance that a closed loop would report on these frames (CONTACT §2): a tenth of the smallest mean
 /// edge of the moving bodies, and what a vertex goes in a step, rounded up to the tenth times a power of two.
-double closed_loop_reach(const ContactScene& scene) {
+double closed_loop_query_distance(const ContactScene& scene) {
     const Topology& topology = scene.topology();
     Frame frame;
     scene.write(0, frame);
@@ -173,15 +173,15 @@ double closed_loop_reach(const ContactScene& scene) {
         edge = std::min(edge, sum / (3.0 * body.triangles.count));
     }
     const double margin = 0.1 * edge;
-    double way = 0.0;
+    double path = 0.0;
     constexpr std::int64_t period = 64;
     for (std::int64_t step = 1; step <= period; ++step) {
         scene.write(step, frame);
-        way = std::max(way, std::sqrt((frame.position - frame.previous).colwise().squaredNorm().maxCoeff()));
+        path = std::max(path, std::sqrt((frame.position - frame.previous).colwise().squaredNorm().maxCoeff()));
     }
-    double reach = margin;
-    while (reach < margin + way) reach *= 2.0;
-    return reach;
+    double query_distance = margin;
+    while (query_distance < margin + path) query_distance *= 2.0;
+    return query_distance;
 }
 
 double load_now() {
@@ -194,8 +194,9 @@ double load_now() {
 }  // namespace
 
 std::string_view name_of(Group group) {
-    constexpr std::array<std::string_view, 12> names{"size",     "motion",    "multi",  "reach",  "local",   "order",
-                                                     "settings", "cell size", "tuning", "bodies", "bounded", "micro"};
+    constexpr std::array<std::string_view, 12> names{"size",   "motion", "multi",    "query_distance",
+                                                     "local",  "order",  "settings", "cell size",
+                                                     "tuning", "bodies", "bounded",  "micro"};
     return names.at(static_cast<std::size_t>(group));
 }
 
@@ -237,7 +238,7 @@ std::vector<CellSpec> plan_cells(bool quick) {
     for (const Variant variant : {Variant::light, Variant::deep, Variant::near}) {
         for (const Index n : {Index{20000}, Index{200000}}) {
             if (quick && (n != 20000 || variant == Variant::deep)) continue;
-            plan.add(Group::reach, scene(variant, n, 2000));
+            plan.add(Group::query_distance, scene(variant, n, 2000));
         }
     }
     for (const Index n : {Index{20000}, Index{200000}, million}) {
@@ -249,7 +250,7 @@ std::vector<CellSpec> plan_cells(bool quick) {
             if (quick && n != 200000) continue;
             SceneSpec spec = scene(Variant::light, n, 2000);
             spec.order = order;
-            // Told beside the renumbered cell of that size, and therefore measured as long.
+            // Reported beside the renumbered cell of that size, and therefore measured as long.
             plan.add(Group::order, spec, 2.0, enough_for_p99);
         }
     }
@@ -282,13 +283,13 @@ CellRecord run_cell(const CellSpec& spec, const std::vector<std::string>& withou
         record.load_after = load_now();
         return record;
     }
-    const auto contestants_on = [&](const Topology& topology, double edge) {
+    const auto methods_on = [&](const Topology& topology, double edge) {
         record.vertices = topology.vertex_count;
         record.triangles = topology.triangle_count();
         record.tissue_edge = edge;
-        std::vector<Contestant> list = contestants_of(spec, record.triangles, edge, record.missing);
-        std::erase_if(list, [&without](const Contestant& contestant) {
-            return std::find(without.begin(), without.end(), contestant.label) != without.end();
+        std::vector<Method> list = methods_of(spec, record.triangles, edge, record.missing);
+        std::erase_if(list, [&without](const Method& method) {
+            return std::find(without.begin(), without.end(), method.label) != without.end();
         });
         return list;
     };
@@ -296,18 +297,18 @@ CellRecord run_cell(const CellSpec& spec, const std::vector<std::string>& withou
         // More than enough cycles: it ends with the last tick asked for.
         const Scene scene = repeated(std::filesystem::path(TROCAR_BENCH_SCENES) / (spec.bounded_scene + ".json"),
                                      10 + 3 * spec.most_steps / 1000);
-        record.bounded = measure_bounded(scene, contestants_on(scene.topology, 0.0), spec.most_steps, now);
+        record.bounded = measure_bounded(scene, methods_on(scene.topology, 0.0), spec.most_steps, now);
         record.load_after = load_now();
         return record;
     }
     const auto measure_on = [&](const auto& scene, double edge) {
-        const std::vector<Contestant> list = contestants_on(scene.topology(), edge);
+        const std::vector<Method> list = methods_on(scene.topology(), edge);
         const FrameMaker frames{&scene.topology(),
                                 [&scene](std::int64_t step, Frame& frame) { scene.write(step, frame); }};
         record.measurement = measure(frames, list,
                                      {.budget_s = spec.budget_s,
                                       .most_steps = spec.most_steps,
-                                      .reach = record.reach,
+                                      .query_distance = record.query_distance,
                                       .seed = spec.scene.seed,
                                       .now = now});
     };
@@ -316,7 +317,7 @@ CellRecord run_cell(const CellSpec& spec, const std::vector<std::string>& withou
         measure_on(ManyBodies(spec.bodies, triangles_per_body, spec.scene.seed), 0.0);
     } else {
         const ContactScene scene(spec.scene);
-        if (spec.group == Group::reach) record.reach = closed_loop_reach(scene);
+        if (spec.group == Group::query_distance) record.query_distance = closed_loop_query_distance(scene);
         measure_on(scene, scene.tissue_edge());
     }
     record.load_after = load_now();

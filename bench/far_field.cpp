@@ -33,7 +33,7 @@ const Vector3 entry_point(0.0013, 0.0007, 0.0);
 Scene scene_of(std::int64_t triangles) {
     const double edge = edge_of_20k * std::sqrt(20000.0 / static_cast<double>(triangles));
     const std::string text = fmt::format(
-        R"({{"format": "trocar-scene-1", "name": "far_field", "unit": "m", "dt": 0.001, "ticks": 3000, "seed": 1,
+        R"({{"format": "trocar-scene-2", "name": "far_field", "unit": "m", "dt": 0.001, "ticks": 3000, "seed": 1,
  "bodies": [
   {{"name": "sheet", "kind": "tissue", "closed": false, "side": "front",
    "parts": [{{"shape": "sheet", "size": [0.2, 0.2], "edge": {}}}],
@@ -58,9 +58,10 @@ Scene scene_of(std::int64_t triangles) {
 
 std::unique_ptr<Simulation> simulation_of(const Scene& scene, const std::string& stepper) {
     SimulationSettings settings{.stepper = parse_method(stepper)};
-    settings.watched = false;  // books look at every vertex
-    return std::make_unique<Simulation>(scene, make_detector("ohc_clustered", {}), make_response("hold", {}),
-                                        registry().source(default_source(parse_method("hold"))), settings);
+    settings.watched = false;  // books examine every vertex
+    return std::make_unique<Simulation>(
+        scene, make_detector("ohc_clustered", {}), make_response("unilateral", {}),
+        registry().contact_generator(default_contact_generator(parse_method("unilateral"))), settings);
 }
 
 std::size_t band_of(double distance) {
@@ -138,12 +139,12 @@ Table table_of(const std::vector<FarFieldRun>& runs) {
                       format_number(in_percent * largest_of(run, &FarFieldTick::force_error) / peak)}};
         for (std::size_t band = 0; band < band_starts.size(); ++band) {
             double error = 0.0;
-            double way = 0.0;
+            double path = 0.0;
             for (const FarFieldTick& tick : run.ticks) {
                 error = std::max(error, tick.position_error[band]);
-                way = std::max(way, tick.way[band]);
+                path = std::max(path, tick.path[band]);
             }
-            row.cells.push_back(format_number(in_percent * error / way));
+            row.cells.push_back(format_number(in_percent * error / path));
         }
         row.cells.push_back(format_number(median_of(run, &FarFieldTick::other_advance_us)));
         row.cells.push_back(format_number(median_of(run, &FarFieldTick::advance_us)));
@@ -188,18 +189,18 @@ std::vector<Figure> figures_of(const FarFieldRun& run) {
                                                                  return in_percent * tick.force_error / peak;
                                                              })});
     LineChart places{.x_title = "time (s)", .y_title = "error of places (µm)", .lines = {}};
-    LineChart ways{.x_title = "time (s)", .y_title = "furthest way from rest (µm)", .lines = {}};
+    LineChart paths{.x_title = "time (s)", .y_title = "furthest way from rest (µm)", .lines = {}};
     for (std::size_t band = 0; band < band_starts.size(); ++band) {
         places.lines.push_back(
             {.name = band_name(band),
              .colour = static_cast<int>(band),
              .dash = static_cast<int>(band),
              .points = over_time(run, [band](const FarFieldTick& tick) { return in_um * tick.position_error[band]; })});
-        ways.lines.push_back(
+        paths.lines.push_back(
             {.name = band_name(band),
              .colour = static_cast<int>(band),
              .dash = static_cast<int>(band),
-             .points = over_time(run, [band](const FarFieldTick& tick) { return in_um * tick.way[band]; })});
+             .points = over_time(run, [band](const FarFieldTick& tick) { return in_um * tick.path[band]; })});
     }
     const std::string name = short_name(run);
     return {
@@ -207,7 +208,7 @@ std::vector<Figure> figures_of(const FarFieldRun& run) {
         {"charts/" + name + "_force_error.svg", draw(error), "How far the force is from that of the whole tissue."},
         {"charts/" + name + "_places.svg", draw(places),
          "Largest error of a vertex's place, by distance from where the tool goes in."},
-        {"charts/" + name + "_ways.svg", draw(ways),
+        {"charts/" + name + "_ways.svg", draw(paths),
          "What there is to follow: furthest way of a vertex from rest when the whole tissue moves. A membrane sinks "
          "with the logarithm of the distance, so that it is far from still where the tool is not."}};
 }
@@ -225,7 +226,7 @@ std::string csv_of(const std::vector<FarFieldRun>& runs) {
             text += fmt::format("{},{},{},{:.4g},{:.6g},{:.6g},{:.4g}", run.triangles, csv_field(run.stepper),
                                 csv_field(run.whole), tick.time, tick.force, tick.other_force, tick.force_error);
             for (std::size_t band = 0; band < band_starts.size(); ++band) {
-                text += fmt::format(",{:.4g},{:.4g}", tick.way[band], tick.position_error[band]);
+                text += fmt::format(",{:.4g},{:.4g}", tick.path[band], tick.position_error[band]);
             }
             text += fmt::format(",{:.4g},{:.4g}\n", tick.advance_us, tick.other_advance_us);
         }
@@ -272,7 +273,7 @@ FarFieldRun run_far_field(std::int64_t triangles, const std::string& stepper, co
         for (Index v = sheet.first; v < sheet.first + sheet.count; ++v) {
             const std::size_t place = band[static_cast<std::size_t>(v - sheet.first)];
             const auto now = all->frame().position.col(v);
-            tick.way[place] = std::max(tick.way[place], (now - rest.col(v)).norm());
+            tick.path[place] = std::max(tick.path[place], (now - rest.col(v)).norm());
             tick.position_error[place] =
                 std::max(tick.position_error[place], (now - other->frame().position.col(v)).norm());
         }
@@ -285,11 +286,11 @@ std::map<std::string, std::string> far_field_report(const std::vector<FarFieldRu
                                                     const std::map<std::string, std::string>& environment) {
     Document document;
     document.title = "trocar far_field: what is not moved at every tick";
-    document.blocks.emplace_back(
-        Paragraph{"A pinned sheet of 200 mm with the tissue of `press_20k`; a blunt shaft goes 3 mm deep, rests, is "
-                  "drawn 8 mm along "
-                  "and rises. Response `hold`, detector `ohc_clustered`. Both steppers run in step, each with its own "
-                  "contacts."});
+    document.blocks.emplace_back(Paragraph{
+        "A pinned sheet of 200 mm with the tissue of `press_20k`; a blunt shaft goes 3 mm deep, rests, is "
+        "drawn 8 mm along "
+        "and rises. Response `unilateral`, detector `ohc_clustered`. Both steppers run in step, each with its own "
+        "contacts."});
     document.blocks.emplace_back(table_of(runs));
     std::map<std::string, std::string> files;
     for (const FarFieldRun& run : runs) {

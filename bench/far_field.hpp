@@ -1,5 +1,5 @@
 // What a stepper that does not move the whole tissue at every tick costs in exactness: it and one that does run the
-// same scene in step, and the force at the tool and the places of the tissue, near and far, are told apart at every
+// same scene in step, and the force at the tool and the places of the tissue, near and far, are distinguished at every
 // tick.
 #pragma once
 
@@ -20,7 +20,7 @@ struct FarFieldTick {
     double force = 0.0;                                       ///< N, at the tool, whole tissue
     double other_force = 0.0;                                 ///< N, the stepper under test
     double force_error = 0.0;                                 ///< N, length of the difference of the two
-    std::array<double, band_starts.size()> way{};             ///< m, furthest of a vertex from rest, whole tissue
+    std::array<double, band_starts.size()> path{};            ///< m, furthest of a vertex from rest, whole tissue
     std::array<double, band_starts.size()> position_error{};  ///< m, largest of a vertex
     double advance_us = 0.0;                                  ///< of the whole tissue
     double other_advance_us = 0.0;

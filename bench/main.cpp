@@ -37,7 +37,7 @@ struct Options {
     std::filesystem::path directory;
 };
 
-int tell(const BenchReport& report, const std::filesystem::path& directory) {
+int print_report(const BenchReport& report, const std::filesystem::path& directory) {
     fmt::print("{}\nReport: {}\n", report.page_one, (directory / "report.html").string());
     for (const std::string& broken : report.broken_claims) {
         fmt::print(stderr, "trocar_bench: claims to be exact and is not: {}\n", broken);
@@ -83,13 +83,13 @@ int detection(const Options& options) {
     }
     const BenchReport report = write_report(options.output);
     if (options.publish) publish(options.output, report, options.published);
-    return tell(report, options.publish ? options.published : options.output);
+    return print_report(report, options.publish ? options.published : options.output);
 }
 
 struct FarFieldOptions {
     std::filesystem::path output = "build/reports/far_field";
     std::vector<std::int64_t> triangles{20000};
-    std::string stepper = "regional";
+    std::string stepper = "adaptive_multires";
     std::string whole = "implicit";
     std::int64_t ticks = 2500;
     bool publish = false;
@@ -156,7 +156,7 @@ int main(int argc, char** argv) {
     }
     try {
         if (field->parsed()) return far_field(far);
-        if (report->parsed()) return tell(write_report(options.directory), options.directory);
+        if (report->parsed()) return print_report(write_report(options.directory), options.directory);
         return detection(options);
     } catch (const trocar::InputError& error) {
         std::fprintf(stderr, "trocar_bench: %s\n", error.what());

@@ -60,7 +60,7 @@ Memory memory_now() {
     return {static_cast<std::int64_t>(info.uordblks + info.hblkhd), resident * sysconf(_SC_PAGESIZE)};
 }
 
-/// Bytes that the machine can still give; unlimited where it does not tell.
+/// Bytes that the machine can still give; unlimited where it does not report.
 double memory_left() {
     std::ifstream stream("/proc/meminfo");
     for (std::string line; std::getline(stream, line);) {
@@ -92,12 +92,12 @@ struct StepTime {
     std::int64_t allocations = 0;
 };
 
-/// A contestant while it is measured.
+/// A method while it is measured.
 struct Runner {
     MethodResult result;
     std::unique_ptr<Detector> detector;
     ContactSet contacts;
-    std::int64_t visits = 0;           ///< blocks it takes part in
+    std::int64_t relaxations = 0;      ///< blocks it takes part in
     std::int64_t steps_per_visit = 0;  ///< measured ones
     std::vector<WorkCounters> work;
     std::vector<std::int64_t> pairs;
@@ -105,7 +105,7 @@ struct Runner {
     std::map<std::int64_t, FnvHash> answer;  ///< step -> hash of the pair set
 
     [[nodiscard]] bool visits_block(std::int64_t block) const {
-        return visits > 0 && (block + 1) % (block_count / visits) == 0;
+        return relaxations > 0 && (block + 1) % (block_count / relaxations) == 0;
     }
 };
 
@@ -119,11 +119,11 @@ public:
         write_ns_ = static_cast<double>(ns_between(start, Clock::now())) / 3.0;
     }
 
-    CellMeasurement run(const std::vector<Contestant>& contestants) {
-        std::vector<Runner> runners(contestants.size());
+    CellMeasurement run(const std::vector<Method>& methods) {
+        std::vector<Runner> runners(methods.size());
         Random random(options_.seed);
         find_truth();
-        for (const std::size_t i : shuffled(contestants.size(), random)) start(contestants[i], runners[i]);
+        for (const std::size_t i : shuffled(methods.size(), random)) start(methods[i], runners[i]);
         for (std::int64_t block = 0; block < block_count; ++block) {
             for (const std::size_t i : shuffled(runners.size(), random)) {
                 if (runners[i].result.outcome.ok() && runners[i].visits_block(block)) visit(block, runners[i]);
@@ -164,13 +164,14 @@ private:
             Truth& truth = truth_[step];
             true_pairs(*frames_.topology, frame_, truth.pairs);
             truth.hash = hash_of(truth.pairs);
-            if (options_.reach > 0.0) true_near_pairs(*frames_.topology, frame_, options_.reach, truth.near);
+            if (options_.query_distance > 0.0)
+                true_near_pairs(*frames_.topology, frame_, options_.query_distance, truth.near);
             truth.within_hash = hash_of(truth.near, truth.hash);
             frames_hash_.add_word(frame_.hash());
         }
     }
 
-    void tell(const std::string& label) const {
+    void report(const std::string& label) const {
         if (options_.now) options_.now(label);
     }
 
@@ -179,7 +180,7 @@ private:
         const std::int64_t allocations = allocation_count();
         const auto wall_start = Clock::now();
         const std::int64_t start = cpu_now();
-        runner.detector->update(frame_, runner.result.within_reach ? options_.reach : 0.0);
+        runner.detector->update(frame_, runner.result.within_query_distance ? options_.query_distance : 0.0);
         const std::int64_t between = cpu_now();
         runner.detector->detect(frame_, runner.contacts);
         const std::int64_t end = cpu_now();
@@ -195,28 +196,28 @@ private:
     }
 
     /// Makes, prepares and warms up; decides how many steps the budget allows.
-    void start(const Contestant& contestant, Runner& runner) {
+    void start(const Method& method, Runner& runner) {
         MethodResult& result = runner.result;
-        result.label = contestant.label;
-        result.method = contestant.method;
-        result.library = contestant.library;
-        result.family = contestant.family;
-        result.narrow = contestant.narrow;
-        result.own = contestant.own;
-        result.claims_exact = contestant.claims_exact;
-        result.within_reach = contestant.within_reach;
+        result.label = method.label;
+        result.method = method.method;
+        result.library = method.library;
+        result.family = method.family;
+        result.narrow = method.narrow;
+        result.own = method.own;
+        result.claims_exact = method.claims_exact;
+        result.within_query_distance = method.within_query_distance;
         constexpr double least_memory = 1.5e9;
         if (memory_left() < least_memory) {
             result.outcome = {OutcomeKind::unsupported, "less than 1.5 GB of memory left"};
             return;
         }
-        tell(contestant.label);
+        report(method.label);
         runner.contacts.native_wanted = false;
         try {
             frames_.write(0, frame_);
             const Memory before = memory_now();
             const auto begin = Clock::now();
-            runner.detector = contestant.make();
+            runner.detector = method.make();
             runner.detector->prepare(*frames_.topology, frame_);
             result.prepare_ns = static_cast<double>(ns_between(begin, Clock::now()));
             StepTime time = time_step(1, runner);
@@ -224,7 +225,7 @@ private:
             result.heap_bytes = after.heap - before.heap;
             result.resident_bytes = after.resident - before.resident;
             if (!result.outcome.ok()) return;
-            // The first step pays for growing buffers; a second one tells what a step costs, unless it is long anyway.
+            // The first step pays for growing buffers; a second one says what a step costs, unless it is long anyway.
             constexpr std::int64_t long_step_ns = 300'000'000;
             if (time.wall < long_step_ns) time = time_step(2, runner);
             plan(static_cast<double>(time.wall), runner);
@@ -237,14 +238,14 @@ private:
         const double affordable = options_.budget_s * 1e9 / (step_ns + write_ns_);
         const auto steps = static_cast<std::int64_t>(std::clamp(affordable, static_cast<double>(options_.fewest_steps),
                                                                 static_cast<double>(options_.most_steps)));
-        // Nested choices of blocks, so that any two contestants have steps in common.
-        runner.visits = steps >= 4 * block_count ? 8 : steps >= 16 ? 4 : steps >= 6 ? 2 : 1;
-        runner.steps_per_visit = std::clamp<std::int64_t>(steps / runner.visits, 1, steps_per_block_);
+        // Nested choices of blocks, so that any two methods have steps in common.
+        runner.relaxations = steps >= 4 * block_count ? 8 : steps >= 16 ? 4 : steps >= 6 ? 2 : 1;
+        runner.steps_per_visit = std::clamp<std::int64_t>(steps / runner.relaxations, 1, steps_per_block_);
     }
 
     void visit(std::int64_t block, Runner& runner) {
         MethodResult& result = runner.result;
-        tell(result.label);
+        report(result.label);
         try {
             const std::int64_t first = first_step(block);
             const StepTime settling = time_step(first - 1, runner);
@@ -261,7 +262,8 @@ private:
                 runner.pairs.push_back(static_cast<std::int64_t>(runner.contacts.pairs.size()));
                 runner.near_pairs.push_back(static_cast<std::int64_t>(runner.contacts.near.size()));
                 runner.answer[step] = hash_of(runner.contacts.pairs);
-                if (result.within_reach) runner.answer[step] = hash_of(runner.contacts.near, runner.answer[step]);
+                if (result.within_query_distance)
+                    runner.answer[step] = hash_of(runner.contacts.near, runner.answer[step]);
                 if (const auto truth = truth_.find(step); truth != truth_.end()) judge(truth->second, runner);
             }
         } catch (const std::exception& error) {
@@ -274,36 +276,36 @@ private:
         const PairErrors errors = compare_pairs(runner.contacts.pairs, truth.pairs, {});
         ++result.truth_steps;
         result.true_pairs += static_cast<std::int64_t>(truth.pairs.size());
-        result.missing += errors.missing;
-        result.extra += errors.extra;
-        if (!result.within_reach) return;
+        result.false_negatives += errors.false_negatives;
+        result.false_positives += errors.false_positives;
+        if (!result.within_query_distance) return;
         const PairErrors near_errors = compare_pairs(runner.contacts.near, truth.near, {});
         result.true_pairs += static_cast<std::int64_t>(truth.near.size());
-        result.missing += near_errors.missing;
-        result.extra += near_errors.extra;
+        result.false_negatives += near_errors.false_negatives;
+        result.false_positives += near_errors.false_positives;
     }
 
     void compare_answers(std::vector<Runner>& runners) const {
-        for (const bool within_reach : {false, true}) compare_answers(runners, within_reach);
+        for (const bool within_query_distance : {false, true}) compare_answers(runners, within_query_distance);
     }
 
-    /// Steps without truth are held against a contestant that was asked the same and agreed with truth wherever it was
+    /// Steps without truth are held against a method that was asked the same and agreed with truth wherever it was
     /// asked: one that claims exactness, with the most steps.
-    void compare_answers(std::vector<Runner>& runners, bool within_reach) const {
+    void compare_answers(std::vector<Runner>& runners, bool within_query_distance) const {
         const Runner* reference = nullptr;
         for (const Runner& runner : runners) {
             const MethodResult& result = runner.result;
-            if (result.within_reach != within_reach || !result.claims_exact || !result.exact() ||
+            if (result.within_query_distance != within_query_distance || !result.claims_exact || !result.exact() ||
                 result.truth_steps == 0)
                 continue;
             if (reference == nullptr || runner.answer.size() > reference->answer.size()) reference = &runner;
         }
         for (Runner& runner : runners) {
-            if (runner.result.within_reach != within_reach) continue;
+            if (runner.result.within_query_distance != within_query_distance) continue;
             for (const auto& [step, hash] : runner.answer) {
                 std::optional<FnvHash> expected;
                 if (const auto truth = truth_.find(step); truth != truth_.end()) {
-                    expected = within_reach ? truth->second.within_hash : truth->second.hash;
+                    expected = within_query_distance ? truth->second.within_hash : truth->second.hash;
                 } else if (reference != nullptr) {
                     if (const auto found = reference->answer.find(step); found != reference->answer.end()) {
                         expected = found->second;
@@ -337,9 +339,8 @@ private:
 
 }  // namespace
 
-CellMeasurement measure(const FrameMaker& frames, const std::vector<Contestant>& contestants,
-                        const MeasureOptions& options) {
-    return Cell(frames, options).run(contestants);
+CellMeasurement measure(const FrameMaker& frames, const std::vector<Method>& methods, const MeasureOptions& options) {
+    return Cell(frames, options).run(methods);
 }
 
 }  // namespace trocar::bench

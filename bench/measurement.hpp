@@ -1,4 +1,4 @@
-// Measures contestants side by side in one process: in blocks, in random order, each on the very same frames. Google
+// Measures methods side by side in one process: in blocks, in random order, each on the very same frames. Google
 // Benchmark runs one benchmark to its end before the next and cannot interleave, and a paired ratio needs both sides
 // on the same step under the same conditions; so this loop is our own, and Google Benchmark measures what stands alone
 // (micro.cpp).
@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "contact/contact_set.hpp"
-#include "contestants.hpp"
+#include "methods.hpp"
 
 namespace trocar::bench {
 
@@ -21,16 +21,16 @@ struct FrameMaker {
 };
 
 struct MeasureOptions {
-    double budget_s = 0.5;          ///< for each contestant's steps; slow ones take fewer, at least `fewest_steps`
-    std::int64_t most_steps = 160;  ///< measured steps of a fast contestant
+    double budget_s = 0.5;          ///< for each method's steps; slow ones take fewer, at least `fewest_steps`
+    std::int64_t most_steps = 160;  ///< measured steps of a fast method
     std::int64_t fewest_steps = 2;
-    double reach = 0.0;      ///< m, of contestants that are asked within one
-    std::uint64_t seed = 1;  ///< of the order in which contestants take their turns
-    /// Told who is about to run, so that a crash can be laid at somebody's door.
+    double query_distance = 0.0;  ///< m, of methods that are asked within one
+    std::uint64_t seed = 1;       ///< of the order in which methods take their turns
+    /// Reported who is about to run, so that a crash can be laid at somebody's door.
     std::function<void(const std::string&)> now = {};
 };
 
-/// One contestant in one cell. `step` and the times have an entry per measured step. Stage times are CPU time of the
+/// One method in one cell. `step` and the times have an entry per measured step. Stage times are CPU time of the
 /// whole process, so that other programs on the machine do not count; wall time stands beside.
 struct MethodResult {
     std::string label;
@@ -47,34 +47,35 @@ struct MethodResult {
     std::vector<std::int64_t> step;
     std::vector<std::int64_t> update_ns;
     std::vector<std::int64_t> detect_ns;
-    std::vector<std::int64_t> wall_ns;  ///< update + detect
-    std::vector<std::int64_t> cold_ns;  ///< update + detect of the first step after the others had their turns
-    WorkCounters work;                  ///< medians over measured steps, each counter by itself
-    std::int64_t work_max = 0;          ///< largest sum of a step
-    std::int64_t allocations = -1;      ///< most in a measured step; -1: not counted
-    std::int64_t pairs = 0;             ///< median
-    bool within_reach = false;          ///< sets are held against truth with their near pairs
-    std::int64_t near_pairs = 0;        ///< median
-    std::int64_t differing_steps = 0;   ///< steps whose pair set differs from the reference's
-    std::int64_t truth_steps = 0;       ///< steps held against the exact oracle
-    std::int64_t missing = 0;           ///< pairs, summed over truth_steps
-    std::int64_t extra = 0;
+    std::vector<std::int64_t> wall_ns;   ///< update + detect
+    std::vector<std::int64_t> cold_ns;   ///< update + detect of the first step after the others had their turns
+    WorkCounters work;                   ///< medians over measured steps, each counter by itself
+    std::int64_t work_max = 0;           ///< largest sum of a step
+    std::int64_t allocations = -1;       ///< most in a measured step; -1: not counted
+    std::int64_t pairs = 0;              ///< median
+    bool within_query_distance = false;  ///< sets are held against truth with their near pairs
+    std::int64_t near_pairs = 0;         ///< median
+    std::int64_t differing_steps = 0;    ///< steps whose pair set differs from the reference's
+    std::int64_t truth_steps = 0;        ///< steps held against the exact oracle
+    std::int64_t false_negatives = 0;    ///< pairs, summed over truth_steps
+    std::int64_t false_positives = 0;
     std::int64_t true_pairs = 0;
-    [[nodiscard]] bool exact() const { return outcome.ok() && differing_steps == 0 && missing == 0 && extra == 0; }
+    [[nodiscard]] bool exact() const {
+        return outcome.ok() && differing_steps == 0 && false_negatives == 0 && false_positives == 0;
+    }
 };
 
 struct CellMeasurement {
-    std::vector<MethodResult> methods;  ///< in the order of the contestants
+    std::vector<MethodResult> methods;  ///< in the order of the methods
     std::int64_t true_pairs = 0;        ///< median over the steps held against the oracle
     std::int64_t true_near_pairs = 0;   ///< the same within the cell's reach
     std::string frames_hash;            ///< over the frames of those steps, 16 hex digits
 };
 
-/// Number of blocks that a cell is cut into; a contestant with few steps visits every second, fourth or eighth.
+/// Number of blocks that a cell is cut into; a method with few steps visits every second, fourth or eighth.
 inline constexpr std::int64_t block_count = 8;
 
 /// Clock readings lie between stages only; frames are written, pairs compared and counters read outside.
-CellMeasurement measure(const FrameMaker& frames, const std::vector<Contestant>& contestants,
-                        const MeasureOptions& options);
+CellMeasurement measure(const FrameMaker& frames, const std::vector<Method>& methods, const MeasureOptions& options);
 
 }  // namespace trocar::bench

@@ -115,26 +115,29 @@ std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& /*missing*/
         }
         state.counters["items"] = static_cast<double>(contacts.pairs.size());
     });
-    const std::unique_ptr<ContactSource> source = make_source("canonical");
-    source->prepare(topology, frame);
-    source->gather(frame, contacts);
+    const std::unique_ptr<ContactGenerator> generator = make_contact_generator("intersection");
+    generator->prepare(topology, frame);
+    generator->gather(frame, contacts);
     const Materials materials = uniform_materials(topology);
     for (const ResponseEntry& entry : registry().responses()) {
         if (entry.control) continue;
-        if (std::find(entry.sources.begin(), entry.sources.end(), "canonical") == entry.sources.end()) continue;
+        if (std::find(entry.contact_generators.begin(), entry.contact_generators.end(), "intersection") ==
+            entry.contact_generators.end())
+            continue;
         add(fmt::format("response {}, per pair", entry.name), [&, name = entry.name](benchmark::State& state) {
             const std::unique_ptr<Response> response = make_response(name);
             response->prepare(topology, materials);
-            Effect effect;
-            effect.resize(topology.vertex_count, topology.body_count());
+            ResponseOutput output;
+            output.resize(topology.vertex_count, topology.body_count());
             for ([[maybe_unused]] const auto& round : state) {
-                response->respond(frame, ContactScene::dt(), contacts, {}, effect);
-                benchmark::DoNotOptimize(effect.contacts.data());
+                response->respond(frame, ContactScene::dt(), contacts, {}, output);
+                benchmark::DoNotOptimize(output.contacts.data());
             }
             state.counters["items"] = static_cast<double>(contacts.pairs.size());
         });
     }
-    // Per class and case; back-projection (§3.4.5) looks at every vertex of the tool, whatever the pairs: told apart.
+    // Per class and case; back-projection (§3.4.5) examines every vertex of the tool, whatever the pairs:
+    // distinguished.
     const std::vector<PairClass> classes = pair_classes();
     for (const PairClass& one : classes) {
         for (const auto& [what, method] : {std::pair{"faithful without back-projection", "thesis:n_back=0"},
@@ -145,11 +148,11 @@ std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& /*missing*/
                     const MethodSpec spec = parse_method(text);
                     const std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
                     response->prepare(one.topology, one.materials);
-                    Effect effect;
-                    effect.resize(one.topology.vertex_count, one.topology.body_count());
+                    ResponseOutput output;
+                    output.resize(one.topology.vertex_count, one.topology.body_count());
                     for ([[maybe_unused]] const auto& round : state) {
-                        response->respond(one.frame, PairClass::dt, one.contacts, {}, effect);
-                        benchmark::DoNotOptimize(effect.contacts.data());
+                        response->respond(one.frame, PairClass::dt, one.contacts, {}, output);
+                        benchmark::DoNotOptimize(output.contacts.data());
                     }
                     state.counters["items"] = static_cast<double>(one.contacts.pairs.size());
                 });

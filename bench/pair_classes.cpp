@@ -122,9 +122,9 @@ PairClass make_class(std::string name, BodyKind kind_a, BodyKind kind_b, std::ve
         }
     }
     result.contacts.sort_pairs();
-    const std::unique_ptr<ContactSource> source = make_source("canonical");
-    source->prepare(topology, frame);
-    source->gather(frame, result.contacts);
+    const std::unique_ptr<ContactGenerator> generator = make_contact_generator("intersection");
+    generator->prepare(topology, frame);
+    generator->gather(frame, result.contacts);
     ContactSet& set = result.contacts;
     std::vector<Contact> kept;
     std::vector<TrianglePair> pairs;

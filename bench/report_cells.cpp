@@ -71,9 +71,9 @@ void Writer::sizes() {
 }
 
 void Writer::reaches() {
-    const std::vector<const CellRecord*> cells = group(Group::reach);
+    const std::vector<const CellRecord*> cells = group(Group::query_distance);
     if (cells.empty()) return;
-    add_heading("Within the reach of closed loops");
+    add_heading("Within the query distance of closed loops");
     add_text(
         "Responses that look ahead ask for all pairs of triangles at most a reach apart: a tenth of the smallest mean "
         "edge and the way of a step, rounded up to that tenth times a power of two. Who can answer that is asked both "
@@ -82,24 +82,24 @@ void Writer::reaches() {
         "vectors "
         "of floats, as they do for meeting pairs.");
     for (const CellRecord* record : cells) {
-        const std::string embree_label = std::string(embree_anchor) + std::string(within_reach);
-        const std::string fcl_label = std::string(fcl_anchor) + std::string(within_reach);
+        const std::string embree_label = std::string(embree_anchor) + std::string(within_query_distance);
+        const std::string fcl_label = std::string(fcl_anchor) + std::string(within_query_distance);
         const MethodResult* embree = find_row(*record, embree_label);
         const MethodResult* fcl = find_row(*record, fcl_label);
         Table table;
         table.caption = record->spec.id;
         table.columns = {{"method"},
                          {"meeting pairs (µs)", true},
-                         {"within reach (µs)", true},
+                         {"within the query distance (µs)", true},
                          {"within ÷ meeting [95 %]", true},
                          {"Embree refit ÷ it [95 %]", true},
                          {"FCL AABB ÷ it [95 %]", true},
                          {"triangle tests", true},
-                         {"pairs within reach"}};
+                         {"pairs within the query distance"}};
         std::string refusing;
         for (const MethodResult& within : record->measurement.methods) {
-            if (!within.within_reach) continue;
-            const std::string label = within.label.substr(0, within.label.size() - within_reach.size());
+            if (!within.within_query_distance) continue;
+            const std::string label = within.label.substr(0, within.label.size() - within_query_distance.size());
             if (within.outcome.kind == OutcomeKind::unsupported) {
                 refusing += fmt::format("{}`{}`", refusing.empty() ? "" : ", ", label);
                 continue;
@@ -114,9 +114,10 @@ void Writer::reaches() {
                                   style_of(within)});
         }
         table.note = fmt::format(
-            "Reach {} mm; {} true pairs meet, {} more are within reach.{}", format_number(1e3 * record->reach),
-            record->measurement.true_pairs, record->measurement.true_near_pairs,
-            refusing.empty() ? "" : " Not asked within reach, which they cannot: " + refusing + ".");
+            "Reach {} mm; {} true pairs meet, {} more are within the query distance.{}",
+            format_number(1e3 * record->query_distance), record->measurement.true_pairs,
+            record->measurement.true_near_pairs,
+            refusing.empty() ? "" : " Not asked within the query distance, which they cannot: " + refusing + ".");
         add_table(std::move(table));
     }
 }
@@ -194,7 +195,7 @@ void Writer::bounded() {
                 line.style = TableRow::Style::failed;
             }
             const auto in_us_text = [](double ns) { return ns < 0.0 ? std::string("–") : format_number(us * ns); };
-            // What a library does inside is not counted, so a rival's work says nothing about its worst tick.
+            // What a library does inside is not counted, so a baseline's work says nothing about its worst tick.
             const auto counted = [&entry](std::string text) { return entry.own ? std::move(text) : "n/a"; };
             line.cells.push_back(counted(format_number(entry.work.median)));
             line.cells.push_back(counted(format_number(entry.work.max)));
@@ -223,7 +224,7 @@ void Writer::bodies() {
     add_heading("Many bodies");
     add_text(
         "Bodies of 320 triangles on a lattice, all deforming, all to be tested against all; each touches its "
-        "neighbours along one axis only. A broad phase that looks at pairs of bodies grows with their square. The "
+        "neighbours along one axis only. A broad phase that examines pairs of bodies grows with their square. The "
         "rows “bodies: …” are broad phases over bodies alone, followed by the same search for triangles.");
     const auto bodies_of = [](const CellRecord& record) { return static_cast<double>(record.spec.bodies); };
     const auto per_body = [](const MethodResult& entry, const CellRecord& record) {
@@ -250,7 +251,7 @@ void Writer::bodies() {
         if (counted) table.rows.push_back(std::move(line));
     }
     table.note =
-        "Counters do not depend on the machine. Rivals count what can be seen from outside: what a library does "
+        "Counters do not depend on the machine. Baselines count what can be seen from outside: what a library does "
         "inside is not in these numbers.";
     add_table(std::move(table));
 }

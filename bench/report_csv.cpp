@@ -1,4 +1,4 @@
-// The benchmark's numbers as CSV: one file per group of cells, one row per cell and contestant, and what the columns
+// The benchmark's numbers as CSV: one file per group of cells, one row per cell and method, and what the columns
 // mean.
 #include <fmt/format.h>
 
@@ -13,7 +13,7 @@
 namespace trocar::bench {
 namespace {
 
-/// One row's cell and contestant, with the ratios that need others.
+/// One row's cell and method, with the ratios that need others.
 struct Row {
     const CellRecord* cell;
     const MethodResult* entry;
@@ -48,13 +48,13 @@ const std::vector<CsvColumn>& columns() {
          [](const Row& r) { return whole(r.cell->spec.scene.instruments); }, true},
         {"order", "text", "neither", "Order of the vertices",
          [](const Row& r) { return std::string(name_of(r.cell->spec.scene.order)); }, true},
-        {"bodies", "1", "neither", "Number of bodies; 0: told by tissues and instruments",
+        {"bodies", "1", "neither", "Number of bodies; 0: reported by tissues and instruments",
          [](const Row& r) { return whole(r.cell->spec.bodies); }},
         {"true_pairs", "1", "neither", "Median number of pairs that the exact oracle has",
          [](const Row& r) { return whole(r.cell->measurement.true_pairs); }},
-        {"contestant", "text", "neither", "Method with its parameters as the report names it",
+        {"method", "text", "neither", "Method with its parameters as the report names it",
          [](const Row& r) { return r.entry->label; }},
-        {"outcome", "text", "neither", "ok, or how the contestant failed",
+        {"outcome", "text", "neither", "ok, or how the method failed",
          [](const Row& r) { return std::string(trocar::name_of(r.entry->outcome.kind)); }},
         {"exact", "1", "higher", "1 where every pair set was that of truth, else 0",
          [](const Row& r) { return whole(r.entry->exact() ? 1 : 0); }},
@@ -70,13 +70,13 @@ const std::vector<CsvColumn>& columns() {
          [](const Row& r) { return median_us(r.entry->wall_ns); }},
         {"cold_us", "us", "lower", "Median of the first step after the others had their turns",
          [](const Row& r) { return median_us(r.entry->cold_ns); }},
-        {"ratio_embree", "1", "higher", "How many times the contestant's time Embree's is; empty: not comparable",
+        {"ratio_embree", "1", "higher", "How many times the method's time Embree's is; empty: not comparable",
          [](const Row& r) { return format_exact(r.to_embree.value); }},
         {"ratio_embree_low", "1", "higher", "Lower end of its 95 % interval",
          [](const Row& r) { return format_exact(r.to_embree.bounds.low); }},
         {"ratio_embree_high", "1", "higher", "Upper end of its 95 % interval",
          [](const Row& r) { return format_exact(r.to_embree.bounds.high); }},
-        {"ratio_fcl", "1", "higher", "How many times the contestant's time FCL's is; empty: not comparable",
+        {"ratio_fcl", "1", "higher", "How many times the method's time FCL's is; empty: not comparable",
          [](const Row& r) { return format_exact(r.to_fcl.value); }},
         {"ratio_fcl_low", "1", "higher", "Lower end of its 95 % interval",
          [](const Row& r) { return format_exact(r.to_fcl.bounds.low); }},
@@ -99,10 +99,10 @@ const std::vector<CsvColumn>& columns() {
          [](const Row& r) { return whole(r.entry->allocations); }},
         {"prepare_ms", "ms", "lower", "Time of prepare",
          [](const Row& r) { return format_exact(1e-6 * r.entry->prepare_ns); }},
-        {"missing", "1", "lower", "True pairs not reported, over the steps held against the oracle",
-         [](const Row& r) { return whole(r.entry->missing); }},
-        {"extra", "1", "lower", "Reported pairs that are not true, over these",
-         [](const Row& r) { return whole(r.entry->extra); }},
+        {"false_negatives", "1", "lower", "True pairs not reported, over the steps held against the oracle",
+         [](const Row& r) { return whole(r.entry->false_negatives); }},
+        {"false_positives", "1", "lower", "Reported pairs that are not true, over these",
+         [](const Row& r) { return whole(r.entry->false_positives); }},
         {"differing_steps", "1", "lower", "Steps whose pair set differs from the reference's",
          [](const Row& r) { return whole(r.entry->differing_steps); }},
     };

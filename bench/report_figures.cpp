@@ -78,10 +78,10 @@ std::string pairs_text(const MethodResult& row) {
         return std::string(name_of(row.outcome.kind)) + (row.outcome.message.empty() ? "" : ": " + row.outcome.message);
     }
     if (row.exact()) return "exact";
-    if (row.missing == 0 && row.extra == 0) {
+    if (row.false_negatives == 0 && row.false_positives == 0) {
         return fmt::format("differs on {} of {} steps", row.differing_steps, row.step.size());
     }
-    return fmt::format("misses {} and invents {} of {}", row.missing, row.extra, row.true_pairs);
+    return fmt::format("misses {} and invents {} of {}", row.false_negatives, row.false_positives, row.true_pairs);
 }
 
 bool is_default(const MethodResult& row) {

@@ -74,7 +74,7 @@ void Writer::broken_claim(const std::string& label, const std::string& cell, con
     add({"Claims to be exact and is not: " + report_.broken_claims.back(), Paragraph::Style::warning});
 }
 
-std::string Writer::fastest_rival(const CellRecord& record) {
+std::string Writer::fastest_baseline(const CellRecord& record) {
     const MethodResult* fastest = nullptr;
     for (const MethodResult& entry : record.measurement.methods) {
         if (entry.own || entry.library == "trocar" || is_copy(entry) || !entry.exact() || entry.step.empty()) continue;
@@ -98,26 +98,29 @@ void Writer::targets() {
         {"multi: light 5 x 20k + 10 x 2k", embree_anchor, 5, 10},
     };
     Table result;
-    result.caption = "Targets: how many times faster than the rival, same pair sets";
-    result.columns = {
-        {"case"},      {"rival"}, {"rival (µs)", true}, {"fastest exact rival (µs)", true}, {"first step", true},
-        {"goal", true}};
+    result.caption = "Targets: how many times faster than the baseline, same pair sets";
+    result.columns = {{"case"},
+                      {"baseline"},
+                      {"baseline (µs)", true},
+                      {"fastest exact baseline (µs)", true},
+                      {"first step", true},
+                      {"goal", true}};
     const std::vector<std::string> own = own_labels();
     for (const std::string& name : own) result.columns.push_back({"`" + name + "`", true});
     for (const Target& target : table) {
         const CellRecord* record = cell(target.cell);
         if (record == nullptr) continue;
-        const MethodResult* rival = find_row(*record, target.anchor);
+        const MethodResult* baseline = find_row(*record, target.anchor);
         TableRow line{{target.cell, fmt::format("`{}`", target.anchor),
-                       rival == nullptr ? "absent" : time_text(median_time(*rival)), fastest_rival(*record),
+                       baseline == nullptr ? "absent" : time_text(median_time(*baseline)), fastest_baseline(*record),
                        format_number(target.first), format_number(target.goal)}};
         for (const std::string& name : own) {
             const MethodResult* ours = find_row(*record, name);
-            if (rival == nullptr || ours == nullptr) {
+            if (baseline == nullptr || ours == nullptr) {
                 line.cells.emplace_back("n/a");
                 continue;
             }
-            const Ratio ratio = ratio_of(*rival, *ours);
+            const Ratio ratio = ratio_of(*baseline, *ours);
             std::string text = ratio_text(ratio, floor_);
             if (!ours->exact()) text = "n/a (" + pairs_text(*ours) + ")";
             if (ours->exact() && ratio.value >= target.goal)

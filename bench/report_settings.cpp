@@ -30,15 +30,15 @@ void Writer::origin() {
     if (binaries.size() > 1) table.rows.push_back({{"warning", "records of several binaries"}});
     add_table(std::move(table));
     add_text(
-        "Each cell (one scene, all contestants) is one process. Contestants take turns in random order, 8 blocks "
+        "Each cell (one scene, all methods) is one process. Methods take turns in random order, 8 blocks "
         "of "
         "consecutive steps each; a step before every block warms the caches up and is kept as the cold time. A "
         "step "
         "is `update` and `detect`, from a double-precision frame that was just written to the sorted list of all "
         "pairs. Stage times are CPU time of the whole process, all threads, so that other programs on the machine "
-        "do not count; p99 is wall time. Slow contestants take fewer steps (column n); ratios use the steps that "
+        "do not count; p99 is wall time. Slow methods take fewer steps (column n); ratios use the steps that "
         "both sides have. The first step of each block is held against the exact oracle, every other step against "
-        "a contestant that agreed with it.");
+        "a method that agreed with it.");
     Table floor;
     floor.caption = "A/A: the same method twice in one cell";
     floor.columns = {{"cell"}, {"method"}, {"ratio [95 %]", true}};
@@ -54,7 +54,7 @@ void Writer::origin() {
 void Writer::fairness() {
     add_heading("Who took part");
     Table table;
-    table.caption = "Contestants";
+    table.caption = "Methods";
     table.columns = {{"method"}, {"library"}, {"pairs decided by"}, {"claims exact"}, {"pair sets over all cells"}};
     std::vector<const CellRecord*> all;
     for (const CellRecord& record : records_) {
@@ -62,8 +62,8 @@ void Writer::fairness() {
     }
     for (const std::string& label : labels(all, [](const MethodResult& entry) { return !is_copy(entry); })) {
         const MethodResult* any = nullptr;
-        std::int64_t missing = 0;
-        std::int64_t extra = 0;
+        std::int64_t false_negatives = 0;
+        std::int64_t false_positives = 0;
         std::int64_t truth = 0;
         std::int64_t differing = 0;
         std::int64_t steps = 0;
@@ -71,10 +71,10 @@ void Writer::fairness() {
         for (const CellRecord& record : records_) {
             for (const MethodResult& entry : record.measurement.methods) {
                 if (entry.label != label) continue;
-                // A contestant that ended its process early has a row without a library.
+                // A method that ended its process early has a row without a library.
                 if (any == nullptr || any->library.empty()) any = &entry;
-                missing += entry.missing;
-                extra += entry.extra;
+                false_negatives += entry.false_negatives;
+                false_positives += entry.false_positives;
                 truth += entry.true_pairs;
                 differing += entry.differing_steps;
                 steps += static_cast<std::int64_t>(entry.step.size());
@@ -86,7 +86,7 @@ void Writer::fairness() {
                                                : fmt::format(
                                                      "differs on {} of {} steps; misses {} and invents {} of "
                                                      "{} pairs where truth was asked",
-                                                     differing, steps, missing, extra, truth);
+                                                     differing, steps, false_negatives, false_positives, truth);
         if (!failures.empty()) {
             verdict += fmt::format("; failed in {} cells, first in {}", failures.size(), failures.front());
         }

@@ -65,9 +65,9 @@ void Writer::table_31() {
          });
     line("", "", "box tests + cells visited per true pair, where counted",
          [](const std::string&, const MethodResult& entry) {
-             const std::int64_t looks = entry.work.box_tests + entry.work.cells_visited;
-             if (looks <= 1 || entry.pairs == 0) return std::string("n/a");
-             return format_number(static_cast<double>(looks) / static_cast<double>(entry.pairs));
+             const std::int64_t tests = entry.work.box_tests + entry.work.cells_visited;
+             if (tests <= 1 || entry.pairs == 0) return std::string("n/a");
+             return format_number(static_cast<double>(tests) / static_cast<double>(entry.pairs));
          });
     line("Hierarchy complexity", "multi-level / 1 level / 3 level", "share of the tick spent on keeping it (%)",
          [](const std::string&, const MethodResult& entry) {

@@ -30,7 +30,7 @@ private:
     /// Labels in order of appearance, those for which `wanted` holds.
     [[nodiscard]] std::vector<std::string> labels(const std::vector<const CellRecord*>& cells,
                                                   const std::function<bool(const MethodResult&)>& wanted) const;
-    /// Our default detectors that are contestants for speed: those of the cascade, in table order.
+    /// Our default detectors that are methods for speed: those of the cascade, in table order.
     [[nodiscard]] std::vector<std::string> own_labels() const;
 
     void find_floor();
@@ -50,7 +50,7 @@ private:
     void page_one();
     void broken_claim(const std::string& label, const std::string& cell, const std::string& what);
     /// "375, `embree_collide:leaf=cluster`"
-    static std::string fastest_rival(const CellRecord& record);
+    static std::string fastest_baseline(const CellRecord& record);
     void targets();
     /// Rows of cost against cost of the same method.
     void own_growth(const std::vector<std::string>& own);

@@ -166,7 +166,7 @@ void write_positions(std::int64_t step, Index vertex_count, Place place, Frame& 
 }  // namespace
 
 std::string_view name_of(Variant variant) {
-    constexpr std::array<std::string_view, 7> names{"light", "deep", "near", "far", "rotating", "strain", "local"};
+    constexpr std::array<std::string_view, 7> names{"light", "deep", "proximity", "far", "rotating", "strain", "local"};
     return names.at(static_cast<std::size_t>(variant));
 }
 
@@ -304,8 +304,8 @@ Vector3 ContactScene::contact_centre(const Instrument& instrument) const {
     // Half-way along what lies under the surface, at the surface.
     const SineCosine lean = sine_cosine_of_degrees(hold_of(spec_).lean_degrees);
     const SineCosine yaw = sine_cosine_of_degrees(instrument.yaw_degrees);
-    const double reach = -0.5 * instrument.tip.z() * lean.sine / lean.cosine;
-    return {instrument.tip.x() + reach * yaw.cosine, instrument.tip.y() + reach * yaw.sine, 0.0};
+    const double query_distance = -0.5 * instrument.tip.z() * lean.sine / lean.cosine;
+    return {instrument.tip.x() + query_distance * yaw.cosine, instrument.tip.y() + query_distance * yaw.sine, 0.0};
 }
 
 void ContactScene::place_tissue(const Tissue& tissue, std::int64_t step, Matrix3X& position) const {

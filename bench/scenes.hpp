@@ -1,6 +1,6 @@
 // Scenes of the detection benchmark: a moving instrument and a deforming tissue of any size, made by formula and the
 // same to the last bit on every machine for the same specification. A frame is a pure function of its step, so that
-// contestants that are measured in turns all see the same frames and none has to be stored.
+// methods that are measured in turns all see the same frames and none has to be stored.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ enum class Variant : std::uint8_t {
     far,       ///< it is a slab's length away
     rotating,  ///< light, and the instrument turns about its axis by 5 degrees a step
     strain,    ///< light, and the tissue is stretched by up to 20 % from the shape it was prepared in
-    local      ///< light, and only the upper side within 8 mm of the contact moves; the frame tells the moved ranges
+    local      ///< light, and only the upper side within 8 mm of the contact moves; the frame reports the moved ranges
 };
 std::string_view name_of(Variant variant);
 

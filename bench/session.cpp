@@ -95,7 +95,7 @@ public:
             row.outcome = outcome;
             lost_.push_back(std::move(row));
         }
-        return failed(spec, {OutcomeKind::crashed, "one contestant after the other ended the cell"});
+        return failed(spec, {OutcomeKind::crashed, "one method after the other ended the cell"});
     }
 
 private:

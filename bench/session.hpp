@@ -1,5 +1,5 @@
 // Works off the plan of cells, one child process per cell, and keeps every finished cell, so that an interrupted
-// benchmark goes on where it stopped. Another binary, a rival updated on the system included, starts anew.
+// benchmark goes on where it stopped. Another binary, a baseline updated on the system included, starts anew.
 #pragma once
 
 #include <filesystem>
@@ -26,7 +26,7 @@ struct SessionResult {
 };
 
 /// Measures what is missing and writes records.jsonl in plan order; when interrupted, finished cells stay and no
-/// records.jsonl is written. A contestant that takes its cell down is set aside and the cell is measured without it.
+/// records.jsonl is written. A method that takes its cell down is set aside and the cell is measured without it.
 /// Throws InputError when the directory cannot be used or another session is in it.
 SessionResult run_session(const SessionOptions& options);
 

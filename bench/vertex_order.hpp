@@ -1,4 +1,4 @@
-// Renumbering of a mesh's vertices and triangles, once, before any method sees it. Every contestant gets the same
+// Renumbering of a mesh's vertices and triangles, once, before any method sees it. Every method gets the same
 // numbering, so the gain or loss belongs to the scene and not to a method.
 #pragma once
 

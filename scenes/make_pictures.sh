@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Makes scenes/pictures/NAME.webp of every scene, or of those named: the replay page of `hold`, in Chromium without a window.
+# Makes scenes/pictures/NAME.webp of every scene, or of those named: the replay page of `unilateral`, in Chromium without a window.
 #   scenes/make_pictures.sh [i2t_poke …]      needs the program built (./run.sh) and chromium; TROCAR_DATA for data: meshes
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."

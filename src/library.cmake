@@ -1,5 +1,5 @@
 # The shared library trocar::trocar out of all folders and methods, and its installation. Shared, so that a user's
-# program needs Eigen and nothing else: the rivals' libraries are private to it.
+# program needs Eigen and nothing else: the baselines' libraries are private to it.
 trocar_write_method_table(${CMAKE_BINARY_DIR}/generated/method_table.cpp)
 get_property(trocar_objects GLOBAL PROPERTY TROCAR_OBJECTS)
 add_library(trocar SHARED ${CMAKE_BINARY_DIR}/generated/method_table.cpp src/trocar/trocar.cpp)

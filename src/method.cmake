@@ -2,9 +2,9 @@
 #
 #     trocar_add_detector(NAME [FILE …] [NEEDS target …] [SOURCES FILE …])
 #
-# or trocar_add_response(…), trocar_add_source(…), trocar_add_stepper(…). The method is NAME.cpp beside the line, or the
+# or trocar_add_response(…), trocar_add_contact_generator(…), trocar_add_stepper(…). The method is NAME.cpp beside the line, or the
 # files named; SOURCES come on top. It defines, in namespace trocar, `DetectorEntry NAME_detector()`, `ResponseEntry
-# NAME_response()`, `SourceEntry NAME_source()` or `StepperEntry NAME_stepper()`; a wrong name is a link error. A method
+# NAME_response()`, `ContactGeneratorEntry NAME_generator()` or `StepperEntry NAME_stepper()`; a wrong name is a link error. A method
 # whose library is missing stays visible: it is listed as absent with the reason.
 #
 # What happens to it then is the including file's: trocar_join_method(KIND NAME REASON FILES NEEDS), where a REASON says
@@ -53,8 +53,8 @@ function(trocar_add_response name)
     trocar_add_method(response ${name} ${ARGN})
 endfunction()
 
-# A contact source.
-function(trocar_add_source name)
+# A contact generator.
+function(trocar_add_contact_generator name)
     trocar_add_method(source ${name} ${ARGN})
 endfunction()
 

@@ -18,7 +18,7 @@ function(trocar_write_method_table file)
     get_property(head GLOBAL PROPERTY TROCAR_TABLE_HEAD)
     get_property(body GLOBAL PROPERTY TROCAR_TABLE_BODY)
     file(CONFIGURE OUTPUT ${file} CONTENT
-"// Written by CMake from the trocar_add_detector, trocar_add_response, trocar_add_source and trocar_add_stepper lines.
+"// Written by CMake from the trocar_add_detector, trocar_add_response, trocar_add_contact_generator and trocar_add_stepper lines.
 #include \"method/registry.hpp\"
 
 namespace trocar {

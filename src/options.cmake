@@ -24,7 +24,7 @@ target_compile_options(trocar_options INTERFACE -ffp-contract=off -fno-fast-math
 # Calls inside the shared library may be inlined; nobody replaces our symbols at load time.
 target_compile_options(trocar_options INTERFACE -fno-semantic-interposition)
 target_compile_options(trocar_options INTERFACE -Wall -Wextra -Wpedantic -Wconversion -Wno-sign-conversion)
-# Of files that are compiled together clang tells where a name of one hides a name of another one's own.
+# Of files that are compiled together clang says where a name of one hides a name of another one's own.
 if(NOT (TROCAR_UNITY AND CMAKE_CXX_COMPILER_ID STREQUAL "Clang"))
     target_compile_options(trocar_options INTERFACE -Wshadow)
 endif()
@@ -47,7 +47,7 @@ add_library(trocar_timed_options INTERFACE)
 target_link_libraries(trocar_timed_options INTERFACE trocar_options)
 if(TROCAR_SANITIZE MATCHES address AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
     # GCC marks where each of Eigen's temporaries begins and ends, which makes a tick four times slower than all else that
-    # ASan and UBSan look at; uses after a scope are left to clang's build of the fuzz targets there.
+    # ASan and UBSan examine; uses after a scope are left to clang's build of the fuzz targets there.
     target_compile_options(trocar_timed_options INTERFACE -fno-sanitize-address-use-after-scope)
 endif()
 
@@ -83,7 +83,7 @@ trocar_precompiled_headers(trocar_folder_headers OBJECT LINK trocar_timed_option
 # Eigen and the command line are made of is compiled once. Off by default: one changed file compiles its neighbours anew.
 option(TROCAR_UNITY "Compile the files of a folder together" OFF)
 set(TROCAR_ALONE "" CACHE STRING "Source files, absolute, that are compiled alone all the same: those about to change")
-# trocar_together(TARGET [FILES]): FILES in one unit, 24 unless told otherwise.
+# trocar_together(TARGET [FILES]): FILES in one unit, 24 unless reported otherwise.
 function(trocar_together target)
     set(files 24)
     if(ARGN)

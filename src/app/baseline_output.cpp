@@ -19,7 +19,7 @@ std::string vector_text(const Vector3& v) {
     return fmt::format("({:.9g}, {:.9g}, {:.9g})", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
 }
 
-/// What is told of it; "none" where there is none.
+/// What is reported it; "none" where there is none.
 std::string contact_text(const std::optional<Contact>& contact) {
     if (!contact) return "none";
     std::string text;
@@ -40,7 +40,7 @@ std::string difference_text(const NamedDifference& named) {
             return text +
                    fmt::format("missed{}, truly: {}", one.touch ? " (they only touch)" : "", contact_text(one.before));
         case ContactDifference::What::untrue:
-            return text + fmt::format("told, but {:.3g} m apart: {}", one.distance, contact_text(one.after));
+            return text + fmt::format("reported, but {:.3g} m apart: {}", one.distance, contact_text(one.after));
         case ContactDifference::What::changed:
             text += fmt::format("changed by {:.3g} m of depth, {:.3g} m of point, {:.3g} rad of normal: ", one.depth,
                                 one.point, one.angle);
@@ -52,9 +52,10 @@ std::string difference_text(const NamedDifference& named) {
 }
 
 std::string truth_text(const TruthFigures& truth) {
-    return fmt::format("{} of {} pairs missed{}, {} of {} told untrue, on {} ticks", truth.missing, truth.pairs,
-                       truth.missing_touch > 0 ? fmt::format(" ({} only touch)", truth.missing_touch) : "", truth.extra,
-                       truth.told, truth.ticks);
+    return fmt::format(
+        "{} of {} pairs missed{}, {} of {} reported untrue, on {} ticks", truth.false_negatives, truth.pairs,
+        truth.false_negatives_touch > 0 ? fmt::format(" ({} only touch)", truth.false_negatives_touch) : "",
+        truth.false_positives, truth.reported, truth.ticks);
 }
 
 /// One line on one answer.
@@ -66,8 +67,8 @@ std::string finding_text(const BaselineFinding& finding) {
         add(
             fmt::format("{} contacts compared, {} missing, {} extra, {} of another kind; worst depth {:.3g} m, point "
                         "{:.3g} m, normal {:.3g} rad",
-                        found.compared, found.missing, found.extra, found.other_kind, found.worst_depth,
-                        found.worst_point, found.worst_angle));
+                        found.compared, found.false_negatives, found.false_positives, found.other_kind,
+                        found.worst_depth, found.worst_point, found.worst_angle));
     }
     if (finding.outcome && finding.outcome_kept && *finding.outcome != *finding.outcome_kept) {
         add("outcome " + *finding.outcome_kept + " -> " + *finding.outcome);
@@ -97,10 +98,10 @@ OrderedJson truth_document(const std::optional<TruthFigures>& truth) {
     if (!truth) return nullptr;
     return {{"ticks", truth->ticks},
             {"pairs", truth->pairs},
-            {"told", truth->told},
-            {"missing", truth->missing},
-            {"missing_touch", truth->missing_touch},
-            {"extra", truth->extra}};
+            {"reported", truth->reported},
+            {"false_negatives", truth->false_negatives},
+            {"false_negatives_touch", truth->false_negatives_touch},
+            {"false_positives", truth->false_positives}};
 }
 
 OrderedJson difference_document(const NamedDifference& named) {
@@ -135,8 +136,8 @@ OrderedJson finding_document(const BaselineFinding& finding) {
     if (finding.difference) {
         const AnswerDifference& found = *finding.difference;
         document["difference"] = {{"compared", found.compared},
-                                  {"missing", found.missing},
-                                  {"extra", found.extra},
+                                  {"false_negatives", found.false_negatives},
+                                  {"false_positives", found.false_positives},
                                   {"other_kind", found.other_kind},
                                   {"worst_depth_m", finite_or_null(found.worst_depth)},
                                   {"worst_point_m", finite_or_null(found.worst_point)},
@@ -174,7 +175,7 @@ const char* name_of(FindingState state) {
         case FindingState::gone:
             return "gone";
         case FindingState::no_baseline:
-            return "missing";
+            return "false_negatives";
         case FindingState::dropped:
             return "dropped";
     }
@@ -233,19 +234,19 @@ std::string baseline_junit(const std::vector<BaselineReport>& reports) {
         text += fmt::format("  <testsuite name=\"{}\" {}>\n", source, counts(report));
         for (const BaselineFinding& finding : report.findings) {
             text += fmt::format("    <testcase classname=\"{}\" name=\"{}\"", source, xml_text(finding.detector));
-            const std::string told = xml_text(finding_text(finding));
+            const std::string reported = xml_text(finding_text(finding));
             if (is_failure(finding.state)) {
                 const bool other_frames = finding.state == FindingState::worse;
-                text += fmt::format(">\n      <failure type=\"{}\" message=\"{}\">", name_of(finding.state), told);
+                text += fmt::format(">\n      <failure type=\"{}\" message=\"{}\">", name_of(finding.state), reported);
                 if (other_frames) text += "the frames are others: judged by truth alone\n";
                 for (const NamedDifference& named : finding.worst) text += xml_text(difference_text(named)) + "\n";
                 text += "</failure>\n    </testcase>\n";
             } else if (finding.state == FindingState::not_kept) {
-                text +=
-                    fmt::format(">\n      <skipped message=\"nothing is kept of it; {}\"/>\n    </testcase>\n", told);
+                text += fmt::format(">\n      <skipped message=\"nothing is kept of it; {}\"/>\n    </testcase>\n",
+                                    reported);
             } else {
                 text += fmt::format(">\n      <system-out>{}: {}</system-out>\n    </testcase>\n",
-                                    name_of(finding.state), told);
+                                    name_of(finding.state), reported);
             }
         }
         text += "  </testsuite>\n";

@@ -1,4 +1,4 @@
-// What `trocar baseline` tells of each answer: as text, as JSON and as a JUnit file.
+// What `trocar baseline` reports each answer: as text, as JSON and as a JUnit file.
 #pragma once
 
 #include <array>

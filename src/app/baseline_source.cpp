@@ -113,11 +113,11 @@ BaselineAnswer ask_detector(const MethodSpec& method, const BaselineSource& sour
 
 BaselineAnswer recorded_as_answer(const BaselineSource& source, std::int64_t every) {
     BaselineAnswer answer;
-    for (const RecordedTick& told : *source.recorded()) {
-        if (told.tick % every != 0 || told.contacts.empty()) continue;
+    for (const RecordedTick& reported : *source.recorded()) {
+        if (reported.tick % every != 0 || reported.contacts.empty()) continue;
         BaselineTick& tick = answer.ticks.emplace_back();
-        tick.tick = told.tick;
-        for (const RecordedContact& contact : told.contacts) {
+        tick.tick = reported.tick;
+        for (const RecordedContact& contact : reported.contacts) {
             Contact& kept = tick.contacts.emplace_back();
             kept.a = contact.a;
             kept.b = contact.b;
@@ -137,8 +137,8 @@ std::map<std::string, TruthComparison> hold_against_truth(const ContactBaseline&
                                                           const BaselineSource& source) {
     struct Judged {
         const BaselineAnswer* answer;
-        std::set<std::int64_t> told;  ///< of what a recording carries
-        std::size_t next = 0;         ///< in answer->ticks
+        std::set<std::int64_t> reported;  ///< of what a recording carries
+        std::size_t next = 0;             ///< in answer->ticks
     };
     std::map<std::string, Judged> open;
     for (const auto& [name, answer] : answers.detectors) {
@@ -147,7 +147,7 @@ std::map<std::string, TruthComparison> hold_against_truth(const ContactBaseline&
         Judged& one = open[name];
         one.answer = &answer;
         if (name != recorded_answer) continue;
-        for (const RecordedTick& tick : *source.recorded()) one.told.insert(tick.tick);
+        for (const RecordedTick& tick : *source.recorded()) one.reported.insert(tick.tick);
     }
     std::map<std::string, TruthComparison> judged;
     const std::unique_ptr<FrameSource> frames = source.frames();
@@ -155,7 +155,8 @@ std::map<std::string, TruthComparison> hold_against_truth(const ContactBaseline&
     for (std::int64_t tick = 0; !open.empty() && frames->next(frame); ++tick) {
         std::optional<TickTruth> truth;
         for (auto& [name, one] : open) {
-            if (tick % answers.every_of(name) != 0 || (name == recorded_answer && !one.told.contains(tick))) continue;
+            if (tick % answers.every_of(name) != 0 || (name == recorded_answer && !one.reported.contains(tick)))
+                continue;
             const std::vector<BaselineTick>& ticks = one.answer->ticks;
             while (one.next < ticks.size() && ticks[one.next].tick < tick) ++one.next;
             if (!frame.all_finite()) continue;

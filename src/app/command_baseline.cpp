@@ -1,5 +1,5 @@
 // `trocar baseline`: keeps contacts on scenes or recordings, those of detectors and those that a recording carries, or
-// holds fresh ones against those kept and against exact truth. Only `write` ever changes a stored file, and it tells
+// holds fresh ones against those kept and against exact truth. Only `write` ever changes a stored file, and it reports
 // what it changes.
 #include <fmt/format.h>
 
@@ -111,7 +111,7 @@ void compare_with_kept(const ContactBaseline& before, const ContactBaseline& aft
     finding.state = finding.difference->within(tolerance) ? FindingState::same : FindingState::changed;
     if (same_ticks && old.truth && now.truth && old.truth->ticks != now.truth->ticks) {
         finding.state = FindingState::changed;
-        finding.reason = fmt::format("contacts of {} frames are told, {} were", now.truth->ticks, old.truth->ticks);
+        finding.reason = fmt::format("contacts of {} frames are reported, {} were", now.truth->ticks, old.truth->ticks);
     }
 }
 
@@ -126,7 +126,7 @@ BaselineReport guard(const BaselineSource& source, const std::vector<Asked>& ask
             after.detectors[one.name] = ask_detector(*one.method, source, stream, options.time_limit_s);
             continue;
         }
-        // What a recording tells costs nothing to look at, so that every tick of it is kept.
+        // What a recording reports costs nothing to examine, so that every tick of it is kept.
         const bool kept = before && before->detectors.contains(one.name);
         const std::int64_t every = options.every.value_or(kept ? before->every_of(one.name) : 1);
         BaselineAnswer& answer = after.detectors[one.name];
@@ -166,7 +166,7 @@ BaselineReport guard(const BaselineSource& source, const std::vector<Asked>& ask
     return report;
 }
 
-/// Answers that were not asked keep what was kept of them on these frames; of others it is told that they go.
+/// Answers that were not asked keep what was kept of them on these frames; of others it is reported that they go.
 void keep_others(const ContactBaseline& before, bool all, BaselineReport& report, ContactBaseline& after) {
     for (const auto& [name, answer] : before.detectors) {
         if (after.detectors.contains(name)) continue;

@@ -207,8 +207,8 @@ std::string milliseconds(const std::optional<std::int64_t>& ns) {
 
 void print_table(const Verdict& verdict) {
     constexpr const char* row = "{:<24} {:<12} {:>9} {:>7} {:>8} {:>7} {:>10} {:>10}  {}\n";
-    fmt::print(fmt::runtime(row), "detector", "outcome", "pairs", "touch", "missing", "extra", "update ms", "detect ms",
-               "message");
+    fmt::print(fmt::runtime(row), "detector", "outcome", "pairs", "touch", "false_negatives", "false_positives",
+               "update ms", "detect ms", "message");
     if (verdict.truth) {
         fmt::print(fmt::runtime(row), "exact oracle", "ok", verdict.truth->size(),
                    touch_positions(*verdict.truth, verdict.touch).size(), "-", "-", "-", "-", "truth");
@@ -221,8 +221,8 @@ void print_table(const Verdict& verdict) {
         fmt::print(fmt::runtime(row), answer.name, name_of(answer.outcome.kind),
                    ok ? std::to_string(answer.pairs.size()) : "-",
                    ok ? std::to_string(touch_positions(answer.pairs, verdict.touch).size()) : "-",
-                   count(&PairErrors::missing), count(&PairErrors::extra), milliseconds(answer.update_ns),
-                   milliseconds(answer.detect_ns), answer.outcome.message);
+                   count(&PairErrors::false_negatives), count(&PairErrors::false_positives),
+                   milliseconds(answer.update_ns), milliseconds(answer.detect_ns), answer.outcome.message);
     }
     fmt::print("Times are those of one tick after prepare; a study measures many.\n");
 }
@@ -244,8 +244,8 @@ void print_pairs(const Verdict& verdict) {
     }
     if (answer.truncated) fmt::print("# {}\n", answer.outcome.message);
     if (answer.errors) {
-        fmt::print("# exact oracle: {} pairs, {} missing, {} extra\n", verdict.truth->size(), answer.errors->missing,
-                   answer.errors->extra);
+        fmt::print("# exact oracle: {} pairs, {} missing, {} extra\n", verdict.truth->size(),
+                   answer.errors->false_negatives, answer.errors->false_positives);
     }
 }
 
@@ -290,11 +290,11 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
         for (JudgedAnswer& answer : verdict.answers) {
             if (!answer.outcome.ok()) continue;
             answer.errors = compare_pairs(answer.pairs, *verdict.truth, truth_touch);
-            const bool differs = answer.errors->missing > 0 || answer.errors->extra > 0;
+            const bool differs = answer.errors->false_negatives > 0 || answer.errors->false_positives > 0;
             if (!differs || !answer.claims_exact || answer.truncated) continue;
             status = comparison_failed;
             fmt::print(stderr, "trocar: {} claims exactness and differs from the oracle: {} missing, {} extra\n",
-                       answer.name, answer.errors->missing, answer.errors->extra);
+                       answer.name, answer.errors->false_negatives, answer.errors->false_positives);
         }
     }
     if (all) {

@@ -1,5 +1,5 @@
 // `trocar explain`: one tick of a scene put under the lamp. The scene is driven to that tick, then every detector of
-// this build answers on the very same frame, beside truth; one triangle pair can be looked at in full.
+// this build answers on the very same frame, beside truth; one triangle pair can be examined in full.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -103,8 +103,8 @@ private:
 struct ExplainedAnswer {
     std::string name;
     ContactSet contacts;
-    std::vector<TrianglePair> missing;
-    std::vector<TrianglePair> extra;
+    std::vector<TrianglePair> false_negatives;
+    std::vector<TrianglePair> false_positives;
 };
 
 std::vector<TrianglePair> difference(const std::vector<TrianglePair>& from, const std::vector<TrianglePair>& what) {
@@ -131,8 +131,8 @@ std::vector<ExplainedAnswer> ask_all(const Topology& topology, const Frame& fram
             answer.contacts.outcome = {OutcomeKind::threw, error.what()};
         }
         if (answer.contacts.outcome.ok()) {
-            answer.missing = difference(truth, answer.contacts.pairs);
-            answer.extra = difference(answer.contacts.pairs, truth);
+            answer.false_negatives = difference(truth, answer.contacts.pairs);
+            answer.false_positives = difference(answer.contacts.pairs, truth);
         }
         answers.push_back(std::move(answer));
     }
@@ -220,7 +220,7 @@ struct PairFacts {
     TrianglePair pair;
     PairClass true_class = PairClass::disjoint;
     Crossing crossing;
-    Contact canonical;
+    Contact intersection;
     std::array<double, 3> true_depth_a{};  ///< m, of a's corners against b's body
     std::array<double, 3> true_depth_b{};  ///< m, of b's corners against a's body
 
@@ -231,7 +231,7 @@ struct PairFacts {
         const Corners b = corners_of(scene.topology, frame, pair.b);
         true_class = oracle_class(a, b);
         crossing = cross_triangles(a, b);
-        canonical = derive_contact(scene.topology, frame, pair);
+        intersection = derive_contact(scene.topology, frame, pair);
         for (std::size_t corner = 0; corner < 3; ++corner) {
             const auto row = static_cast<Eigen::Index>(corner);
             true_depth_a.at(corner) =
@@ -272,7 +272,7 @@ Json pair_json(const PairFacts& facts, const std::vector<ExplainedAnswer>& answe
                         {"interval_a", facts.crossing.first_interval},
                         {"interval_b", facts.crossing.second_interval},
                         {"ends", ends}};
-    json["canonical"] = contact_json(facts.canonical, names);
+    json["intersection"] = contact_json(facts.intersection, names);
     json["detectors"] = Json::array();
     for (const ExplainedAnswer& answer : answers) {
         Json native = Json::array();
@@ -302,7 +302,7 @@ void print_pair(const PairFacts& facts, const std::vector<ExplainedAnswer>& answ
         fmt::print("    {:<16} edge {} of {} at {} mm\n", "overlap end", end.edge, end.triangle == 0 ? "a" : "b",
                    vector_text(end.point, 1e3));
     }
-    print_contact("canonical", facts.canonical, names);
+    print_contact("intersection", facts.intersection, names);
     for (const ExplainedAnswer& answer : answers) {
         fmt::print("    {:<16} {}\n", answer.name,
                    reports(answer, facts.pair) ? "reports the pair" : "does not report it");
@@ -343,12 +343,13 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
     std::vector<TrianglePair> wanted;
     if (pair_option) wanted = pairs_meant(scene, names, *pair_option);
 
-    Simulation simulation(scene, std::move(detector), std::move(responder), registry().source("canonical"));
+    Simulation simulation(scene, std::move(detector), std::move(responder),
+                          registry().contact_generator("intersection"));
     DepthTruth depth(scene.topology, scene.first);
     for (std::int64_t tick = 0; tick <= options.tick; ++tick) {
         simulation.step();
         depth.measure(simulation.seen());
-        // What the response does with the very tick that is looked at comes after the frame that is looked at.
+        // What the response does with the very tick that is examined comes after the frame that is examined.
         if (!simulation.outcome().ok() && tick < options.tick) {
             fmt::print(stderr, "trocar: {} + {} ended as {} at tick {}: {}\n", leader.text(), response.text(),
                        name_of(simulation.outcome().kind), tick, simulation.outcome().message);
@@ -372,34 +373,34 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
                                  {"message", answer.contacts.outcome.message},
                                  {"pairs", answer.contacts.pairs.size()},
                                  {"native_contacts", answer.contacts.native.size()},
-                                 {"missing", pairs_json(answer.missing, names)},
-                                 {"extra", pairs_json(answer.extra, names)}});
+                                 {"false_negatives", pairs_json(answer.false_negatives, names)},
+                                 {"false_positives", pairs_json(answer.false_positives, names)}});
         }
-        Json looked_at = Json::array();
-        for (const PairFacts& one : facts) looked_at.push_back(pair_json(one, answers, names));
+        Json examined = Json::array();
+        for (const PairFacts& one : facts) examined.push_back(pair_json(one, answers, names));
         const Json document{{"scene", scene.name},
                             {"tick", frame.tick},
                             {"time", frame.time},
-                            {"led_by", {leader.text(), response.text()}},
+                            {"driven_by", {leader.text(), response.text()}},
                             {"frame_hash", fmt::format("{:016x}", frame.hash())},
                             {"truth", {{"pairs", pairs_json(truth, names)}, {"touches", touches}}},
                             {"detectors", detectors},
-                            {"looked_at", looked_at}};
+                            {"examined", examined}};
         fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
         return done;
     }
     fmt::print("scene {} at tick {} ({:g} s), led there by {} + {}\n", scene.name, frame.tick, frame.time,
                leader.text(), response.text());
     fmt::print("truth: {} pairs, {} of them only touch\n\n", truth.size(), touches.size());
-    fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", "detector", "outcome", "pairs", "missing", "extra",
-               "native contacts");
+    fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", "detector", "outcome", "pairs", "false_negatives",
+               "false_positives", "native contacts");
     for (const ExplainedAnswer& answer : answers) {
         fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", answer.name, name_of(answer.contacts.outcome.kind),
-                   answer.contacts.pairs.size(), answer.missing.size(), answer.extra.size(),
+                   answer.contacts.pairs.size(), answer.false_negatives.size(), answer.false_positives.size(),
                    answer.contacts.native.size());
         if (!answer.contacts.outcome.ok()) fmt::print("    {}\n", answer.contacts.outcome.message);
-        print_pairs("missing", answer.missing, names);
-        print_pairs("extra", answer.extra, names);
+        print_pairs("false_negatives", answer.false_negatives, names);
+        print_pairs("false_positives", answer.false_positives, names);
     }
     if (facts.empty() && !truth.empty()) {
         fmt::print("\nLook at a pair with --pair {}:{},{}:{}\n", names.body_name(names.body_of(truth.front().a)),

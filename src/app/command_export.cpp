@@ -151,7 +151,7 @@ int export_frames(const CommonOptions& common, const ExportOptions& options) {
         fmt::print("{}: {} ticks as {} files in {}\n", written.name, written.ticks.size(), files.size(),
                    options.output.string());
         if (written.is_run) {
-            fmt::print("methods    {} + {}, {} contacts\nstate      {} (hash of the last frame, as `run` tells it)\n",
+            fmt::print("methods    {} + {}, {} contacts\nstate      {} (hash of the last frame, as `run` reports it)\n",
                        record.spec.detector, record.spec.response, record.spec.contacts, record.state_hash);
         }
     }

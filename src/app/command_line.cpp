@@ -65,13 +65,13 @@ struct CommandLine {
                         "NAME[:key=value,...]; the default is what trocar recommends, thesis is the thesis' own")
             ->capture_default_str();
         sub->add_option("--contacts", choice.contacts,
-                        "Contact source: native, canonical, near or tracked (default: the response's own)");
+                        "Contact generator: native, canonical, near or tracked (default: the response's own)");
         sub->add_option("--stepper", choice.stepper,
                         "NAME[:key=value,...]: what moves the tissue (default: semi_implicit)");
         sub->add_option("--device", choice.device,
                         "key=value,...: what shows the force on the tool, the same for every response; settings as in "
                         "trocar list (default: tip=fulcrum,saturation=8.5)");
-        sub->add_option("--reach-margin", choice.reach_margin,
+        sub->add_option("--reach-margin", choice.query_distance_margin,
                         "How much further than things move in a tick detectors look, in mean edges of what moves, for "
                         "sources that ask for what is near (default: 0.1)");
     }
@@ -137,7 +137,7 @@ int run_command(int argc, char** argv) {
                   "Release one tick per dt by the clock, without judging; beside an empty loop");
     sub->add_flag(
         "--explain-step", run_options.explain_step,
-        "Run nothing: tell what step tissue and hands bear, which vertex and edge decide, and what a tick costs");
+        "Run nothing: say what step tissue and hands bear, which vertex and edge decide, and what a tick costs");
     sub->add_option("--unstable-step", run_options.unstable_step,
                     "Steps that are unstable for certain: refuse them; substep: take as many sub-steps as are stable "
                     "instead; allow: take them. The record says so")
@@ -150,7 +150,7 @@ int run_command(int argc, char** argv) {
         "view",
         "Write a page that replays a scene, a recording, or runs of a report: 3D beside curves, one file, "
         "offline",
-        "trocar view i2t_poke --response hold --response thesis; trocar view reports/default --scene i2t_poke");
+        "trocar view i2t_poke --response unilateral --response thesis; trocar view reports/default --scene i2t_poke");
     sub->add_option("inputs", view_options.inputs,
                     "A scene (file or name), a recording, or folders of reports (their records are run once more)")
         ->required()
@@ -164,7 +164,8 @@ int run_command(int argc, char** argv) {
     sub->add_flag("--pages", view_options.pages,
                   "Of a report: a page for every scene in its folder view/, sharing one script");
     sub->add_option("--detector", view_options.detector, "NAME[:key=value,...], of a scene")->capture_default_str();
-    sub->add_option("--contacts", view_options.contacts, "Contact source, of a scene (default: each response's own)");
+    sub->add_option("--contacts", view_options.contacts,
+                    "Contact generator, of a scene (default: each response's own)");
     sub->add_option("--stepper", view_options.stepper, "NAME[:key=value,...], of a scene (default: semi_implicit)");
     sub->add_option("--ticks", view_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--output", view_options.output, "The page (default: SCENE.html in this folder)");
@@ -207,7 +208,7 @@ int run_command(int argc, char** argv) {
         ->take_all()
         ->allow_extra_args(false);
     sub->add_option("--jobs", study_options.jobs,
-                    "So many runs side by side, of those that nobody times (hard cases, certificates); timed ones "
+                    "So many runs side by side, of those that nobody times (hard cases, metamorphic tests); timed ones "
                     "always run alone")
         ->check(CLI::Range(1, 1024))
         ->capture_default_str();
@@ -232,13 +233,14 @@ int run_command(int argc, char** argv) {
     line.on(sub, report_options, report);
 
     TableOptions table_options;
-    sub = line.add("table", "A table for a paper out of a report's records: columns and rows by name",
-                   "trocar table reports/default --columns scene,response,residual_max_m:mm,total_p99_ns:ms "
-                   "--where scene=i2t_poke --where response=hold --where response=penalty --format tex");
+    sub =
+        line.add("table", "A table for a paper out of a report's records: columns and rows by name",
+                 "trocar table reports/default --columns scene,response,residual_penetration_max_m:mm,total_p99_ns:ms "
+                 "--where scene=i2t_poke --where response=hold --where response=penalty --format tex");
     sub->add_option("records", table_options.records, "Folder of a report, or its records.jsonl")->required();
     sub->add_option(
            "--columns", table_options.columns,
-           "NAME[:UNIT],...: columns of results.csv (trocar schema figures tells the figures), numbers in UNIT "
+           "NAME[:UNIT],...: columns of results.csv (trocar schema figures reports the figures), numbers in UNIT "
            "(default: who, where and what is left over, missed and waited for)")
         ->delimiter(',');
     sub->add_option("--where", table_options.where,
@@ -286,7 +288,7 @@ int run_command(int argc, char** argv) {
     sub->add_option("scene", explain_options.scene, "Scene file (JSON), or a name of trocar scenes")
         ->required()
         ->type_name("SCENE");
-    sub->add_option("--tick", explain_options.tick, "Tick to look at")->required();
+    sub->add_option("--tick", explain_options.tick, "Tick to examine")->required();
     sub->add_option("--pair", explain_options.pair, "One triangle pair a,b (numbers of the scene's files)");
     sub->add_option("--response", explain_options.response, "Response that leads to the tick")->capture_default_str();
     line.on(sub, explain_options, explain);

@@ -33,17 +33,17 @@ Json present_json(const Entry& entry) {
               {"available", true},
               {"reason", ""}};
     if constexpr (requires { entry.claims_exact; }) json["claims_exact"] = entry.claims_exact;
-    if constexpr (requires { entry.reach; }) json["reach"] = entry.reach;
+    if constexpr (requires { entry.query_distance; }) json["query_distance"] = entry.query_distance;
     if constexpr (requires { entry.control; }) json["control"] = entry.control;
     if constexpr (requires { entry.table_row; }) json["table_row"] = entry.table_row;
     if constexpr (requires { entry.meaning; }) json["meaning"] = entry.meaning;
-    if constexpr (requires { entry.wants_reach; }) json["wants_reach"] = entry.wants_reach;
+    if constexpr (requires { entry.wants_query_distance; }) json["wants_query_distance"] = entry.wants_query_distance;
     if constexpr (requires { entry.wants_native; }) json["wants_native"] = entry.wants_native;
-    if constexpr (requires { entry.takes_linear_contacts; }) {
+    if constexpr (requires { entry.takes_contact_force_laws; }) {
         json["default"] = entry.is_default;
-        json["takes_linear_contacts"] = entry.takes_linear_contacts;
+        json["takes_contact_force_laws"] = entry.takes_contact_force_laws;
         json["takes_solved_contacts"] = entry.takes_solved_contacts;
-        json["takes_placements"] = entry.takes_placements;
+        json["takes_position_corrections"] = entry.takes_position_corrections;
         json["takes_held_forces"] = entry.takes_held_forces;
     }
     if constexpr (requires { entry.without_tissue; }) json["without_tissue"] = entry.without_tissue;
@@ -55,7 +55,7 @@ Json present_json(const Entry& entry) {
 Json absent_json(const AbsentMethod& absent, bool detector) {
     Json json{{"name", absent.name}, {"library", ""}, {"version", ""}, {"available", false}, {"reason", absent.reason}};
     if (detector) json["claims_exact"] = false;
-    if (detector) json["reach"] = false;
+    if (detector) json["query_distance"] = false;
     json["parameters"] = Json::array();
     return json;
 }
@@ -73,7 +73,8 @@ void print_section(const char* title, const std::vector<Entry>& present, const s
     for (const Entry& entry : present) {
         std::string line = fmt::format("  {:<16} {} {}", entry.name, entry.library, entry.version);
         if constexpr (requires { entry.table_row; }) line += fmt::format("  (Table 2.1: {})", entry.table_row);
-        if constexpr (requires { entry.reach; }) line += entry.reach ? "  (answers within a reach)" : "";
+        if constexpr (requires { entry.query_distance; })
+            line += entry.query_distance ? "  (answers within a query distance)" : "";
         if constexpr (requires { entry.is_default; }) line += entry.is_default ? "  (default)" : "";
         fmt::print("{}\n", line);
         if constexpr (requires { entry.meaning; }) fmt::print("      {}\n", entry.meaning);
@@ -93,7 +94,7 @@ int list(const CommonOptions& common, const ListOptions& /*options*/) {
     const Registry& all = registry();
     if (!common.json) {
         print_section("Detectors", all.detectors(), all.absent_detectors());
-        print_section("Contact sources", all.sources(), {});
+        print_section("Contact generators", all.contact_generators(), {});
         print_section("Responses", all.responses(), all.absent_responses());
         print_section("Steppers", all.steppers(), {});
         fmt::print("Device (of a run, the same for every response)\n");
@@ -106,13 +107,14 @@ int list(const CommonOptions& common, const ListOptions& /*options*/) {
     for (const AbsentMethod& entry : all.absent_detectors()) detectors.push_back(absent_json(entry, true));
     for (const ResponseEntry& entry : all.responses()) responses.push_back(present_json(entry));
     for (const AbsentMethod& entry : all.absent_responses()) responses.push_back(absent_json(entry, false));
-    Json sources = Json::array();
+    Json contact_generators = Json::array();
     Json steppers = Json::array();
-    for (const SourceEntry& entry : all.sources()) sources.push_back(present_json(entry));
+    for (const ContactGeneratorEntry& entry : all.contact_generators())
+        contact_generators.push_back(present_json(entry));
     for (const StepperEntry& entry : all.steppers()) steppers.push_back(present_json(entry));
     const Json document{{"detectors", detectors},
                         {"responses", responses},
-                        {"sources", sources},
+                        {"sources", contact_generators},
                         {"steppers", steppers},
                         {"device", {{"parameters", parameters_json(device_parameters())}}}};
     fmt::print("{}\n", document.dump());

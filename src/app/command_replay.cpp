@@ -33,7 +33,7 @@ struct FrameAnswer {
     Outcome outcome;
     bool truncated = false;
     std::vector<TrianglePair> pairs;
-    std::vector<TrianglePair> apart;  ///< of recorded contacts: pairs found, but told to be apart (depth below 0)
+    std::vector<TrianglePair> apart;  ///< of recorded contacts: pairs found, but made to be apart (depth below 0)
     std::vector<Index> touch;         ///< positions in pairs
     std::vector<SweptContact> swept;
     std::int64_t update_ns = -1;  ///< below 0: nobody was timed
@@ -150,9 +150,9 @@ void sort_once(std::vector<TrianglePair>& pairs) {
 DetectorAnswer as_answer(const std::vector<RecordedTick>& ticks, std::int64_t frames) {
     DetectorAnswer answer{.name = recorded_answer, .claims_exact = false, .outcome = {}, .frames = {}};
     answer.outcome.message = fmt::format("carried by the recording, of {} of {} frames", ticks.size(), frames);
-    FrameAnswer untold;
-    untold.outcome = {OutcomeKind::unsupported, "the recording tells no contacts of this frame"};
-    answer.frames.assign(static_cast<std::size_t>(frames), untold);
+    FrameAnswer unreported;
+    unreported.outcome = {OutcomeKind::unsupported, "the recording reports no contacts of this frame"};
+    answer.frames.assign(static_cast<std::size_t>(frames), unreported);
     for (const RecordedTick& tick : ticks) {
         FrameAnswer& frame = answer.frames[static_cast<std::size_t>(tick.tick)];
         frame.outcome = {};
@@ -164,7 +164,7 @@ DetectorAnswer as_answer(const std::vector<RecordedTick>& ticks, std::int64_t fr
     return answer;
 }
 
-/// Fills touch and, where truth is known, errors; then turns triangle numbers into those of the file. Tells the steps
+/// Fills touch and, where truth is known, errors; then turns triangle numbers into those of the file. Reports the steps
 /// that are longer than a feature.
 LongSteps judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers, std::vector<Truth>* truth) {
     const Topology& topology = recording.topology();
@@ -172,7 +172,7 @@ LongSteps judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers
     Frame frame;
     for (std::int64_t tick = 0; tick < recording.frame_count(); ++tick) {
         recording.read(tick, frame);
-        watch.look(frame);
+        watch.observe(frame);
         Truth exact;
         exact.known = frame.all_finite();
         if (truth != nullptr && exact.known) {
@@ -214,7 +214,7 @@ LongSteps judge(RecordingReader& recording, std::vector<DetectorAnswer>& answers
     return watch.steps();
 }
 
-/// Only where a detector tells contacts that begin between frames. "pair" is null where it names bodies only.
+/// Only where a detector reports contacts that begin between frames. "pair" is null where it names bodies only.
 void print_swept(const std::vector<SweptContact>& swept, fmt::memory_buffer& text) {
     const auto out = std::back_inserter(text);
     fmt::format_to(out, ",\"swept\":[");
@@ -292,8 +292,8 @@ void print_table(const RecordingReader& recording, const std::vector<DetectorAns
     fmt::print("{} frames of {} triangles in {} bodies, hash {:016x}\n", recording.frame_count(),
                recording.topology().triangle_count(), recording.topology().body_count(), recording.hash());
     constexpr const char* row = "{:<24} {:<12} {:>7} {:>10} {:>8} {:>8} {:>8} {:>11} {:>11}  {}\n";
-    fmt::print(fmt::runtime(row), "detector", "outcome", "frames", "pairs", "touch", "missing", "extra", "update ms",
-               "detect ms", "message");
+    fmt::print(fmt::runtime(row), "detector", "outcome", "frames", "pairs", "touch", "false_negatives",
+               "false_positives", "update ms", "detect ms", "message");
     if (truth != nullptr) {
         std::size_t pairs = 0;
         std::size_t touch = 0;
@@ -318,13 +318,14 @@ void print_table(const RecordingReader& recording, const std::vector<DetectorAns
             if (frame.update_ns >= 0) update.push_back(frame.update_ns);
             if (frame.detect_ns >= 0) detect.push_back(frame.detect_ns);
             if (!frame.errors) continue;
-            errors.missing += frame.errors->missing;
-            errors.extra += frame.errors->extra;
+            errors.false_negatives += frame.errors->false_negatives;
+            errors.false_positives += frame.errors->false_positives;
         }
         const bool judged = truth != nullptr && !answer.frames.empty();
         fmt::print(fmt::runtime(row), answer.name, name_of(answer.outcome.kind), good, pairs, touch,
-                   judged ? std::to_string(errors.missing) : "-", judged ? std::to_string(errors.extra) : "-",
-                   median_ms(update), median_ms(detect), answer.outcome.message);
+                   judged ? std::to_string(errors.false_negatives) : "-",
+                   judged ? std::to_string(errors.false_positives) : "-", median_ms(update), median_ms(detect),
+                   answer.outcome.message);
     }
     fmt::print("Sums over the frames that ended ok; times are medians over them.\n");
 }
@@ -370,13 +371,13 @@ int replay(const CommonOptions& common, const ReplayOptions& options) {
         PairErrors errors;
         for (const FrameAnswer& frame : answer.frames) {
             if (!frame.errors || frame.truncated) continue;
-            errors.missing += frame.errors->missing;
-            errors.extra += frame.errors->extra;
+            errors.false_negatives += frame.errors->false_negatives;
+            errors.false_positives += frame.errors->false_positives;
         }
-        if (!answer.claims_exact || (errors.missing == 0 && errors.extra == 0)) continue;
+        if (!answer.claims_exact || (errors.false_negatives == 0 && errors.false_positives == 0)) continue;
         status = comparison_failed;
         fmt::print(stderr, "trocar: {} claims exactness and differs from the oracle: {} missing, {} extra\n",
-                   answer.name, errors.missing, errors.extra);
+                   answer.name, errors.false_negatives, errors.false_positives);
     }
     if (all) {
         for (const AbsentMethod& absent : registry().absent_detectors()) {

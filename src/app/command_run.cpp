@@ -1,4 +1,4 @@
-// `trocar run`: one scene with one detector and one response, told to a person or, with --json, to a machine.
+// `trocar run`: one scene with one detector and one response, made to a person or, with --json, to a machine.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -34,12 +34,13 @@ Json row_json(const StepRow& row) {
     }
     return {{"tick", row.tick},
             {"time", json_number(row.time)},
-            {"reach", json_number(row.reach)},
+            {"query_distance", json_number(row.query_distance)},
             {"pairs", row.pairs},
-            {"missed", row.missed < 0 ? Json(nullptr) : Json(row.missed)},
+            {"proximity_false_negatives",
+             row.proximity_false_negatives < 0 ? Json(nullptr) : Json(row.proximity_false_negatives)},
             {"contacts_offered", row.contacts_offered},
             {"contacts_used", row.contacts_used},
-            {"max_depth", json_number(row.max_depth)},
+            {"residual_penetration", json_number(row.residual_penetration)},
             {"side_undecided", row.side_undecided < 0 ? Json(nullptr) : Json(row.side_undecided)},
             {"tool_force", json_vector(row.tool_force)},
             {"tool_moment", json_vector(row.tool_moment)},
@@ -54,16 +55,16 @@ Json row_json(const StepRow& row) {
             {"stage_ns", stages}};
 }
 
-/// Whether surfaces met or pushed each other. Contacts alone tell nothing: some sources have them at a distance.
+/// Whether surfaces met or pushed each other. Contacts alone report nothing: some sources have them at a distance.
 bool met(const StepRow& row) {
-    return row.true_pairs > 0 || (row.reach == 0.0 && row.pairs > 0) || !row.tool_force.isZero(0.0);
+    return row.true_pairs > 0 || (row.query_distance == 0.0 && row.pairs > 0) || !row.tool_force.isZero(0.0);
 }
 bool pushes(const Simulation& simulation) {
     const std::vector<Wrench>& loads = simulation.body_loads();
     return std::any_of(loads.begin(), loads.end(), [](const Wrench& load) { return !load.force.isZero(0.0); });
 }
 
-/// Of a run in which nothing met, made once more: the same bits. Paced runs are told of by the same loop without a
+/// Of a run in which nothing met, made once more: the same bits. Paced runs are reported by the same loop without a
 /// clock.
 std::optional<NearestApproach> nearest_of(const Scene& scene, RunSpec spec, const Record& record) {
     if (!record.outcome.ok() || std::any_of(record.rows.begin(), record.rows.end(), met)) return std::nullopt;
@@ -76,7 +77,7 @@ std::optional<NearestApproach> nearest_of(const Scene& scene, RunSpec spec, cons
     limits.watched = false;
     limits.observe = [&](const Simulation& simulation, const StepRow&) {
         pushed = pushed || pushes(simulation);
-        if (!pushed) nearest.look(scene.topology, simulation.seen());
+        if (!pushed) nearest.observe(scene.topology, simulation.seen());
     };
     limits.progress = [&](std::int64_t) { return !pushed; };
     run_closed_loop(scene, spec, limits);
@@ -160,11 +161,11 @@ void print_text(const Scene& scene, const Record& record) {
     fmt::print("methods    {} + {}, {} contacts\n", record.spec.detector, record.spec.response, record.spec.contacts);
     fmt::print("outcome    {}{}\n", name_of(record.outcome.kind), at_end);
     fmt::print("pairs      at most {} in a tick; of {} true ones {} missed, {} reported that are not true\n",
-               plain("pairs_max"), plain("true_pairs"), plain("missing"), plain("extra"));
+               plain("pairs_max"), plain("true_pairs"), plain("false_negatives"), plain("false_positives"));
     fmt::print("depth      error of contacts: median {}, worst {}\n", mm("depth_error_median_m"),
                mm("depth_error_max_m"));
-    fmt::print("left over  after a tick: median {}, worst {}; at the end {}\n", mm("residual_median_m"),
-               mm("residual_max_m"), mm("residual_last_m"));
+    fmt::print("left over  after a tick: median {}, worst {}; at the end {}\n", mm("residual_penetration_median_m"),
+               mm("residual_penetration_max_m"), mm("residual_penetration_final_m"));
     if (record.summary.at("passed_through") >= 0.0) {
         fmt::print("passed     a body was led through another {} times\n", plain("passed_through"));
     }
@@ -257,10 +258,10 @@ int run(const CommonOptions& common, const RunOptions& options) {
         record = options.paced ? run_paced_loop(scene, spec, limits) : run_closed_loop(scene, spec, limits);
     }
     if (interrupt_asked()) {
-        const std::string told = fmt::format("interrupted after {} of {} ticks", record.rows.size(), spec.ticks);
-        fmt::print(stderr, "trocar: {}\n", told);
+        const std::string reported = fmt::format("interrupted after {} of {} ticks", record.rows.size(), spec.ticks);
+        fmt::print(stderr, "trocar: {}\n", reported);
         if (common.json) {
-            record.outcome.message = told;
+            record.outcome.message = reported;
             print_json(scene, record, std::nullopt);
         }
         return interrupted;

@@ -27,7 +27,7 @@ using Json = nlohmann::ordered_json;
 
 constexpr std::uintmax_t largest_published = 16'000'000;  // bytes
 
-std::string contestant(const RunSpec& spec) {
+std::string method(const RunSpec& spec) {
     std::string text = spec.detector;
     if (!spec.response.empty()) text += (text.empty() ? "" : " + ") + spec.response;
     if (!spec.stepper.empty()) text += ", " + spec.stepper;
@@ -126,11 +126,10 @@ int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool jso
         const std::string settled =
             run.settled ? fmt::format("  {} ({})", name_of(run.settled->kind), run.settled->message) : std::string();
         fmt::print("{:4}  {}  {:<13}  {:<14}  {}  {} ticks{}\n", number++, run.spec.repetition, run.spec.mode,
-                   run.spec.scene.empty() ? "all scenes" : run.spec.scene, contestant(run.spec), run.spec.ticks,
-                   settled);
+                   run.spec.scene.empty() ? "all scenes" : run.spec.scene, method(run.spec), run.spec.ticks, settled);
     }
     fmt::print(
-        "{} runs, roughly {} on a quiet machine (slow rivals take longer), each ended after {:g} s at the latest\n",
+        "{} runs, roughly {} on a quiet machine (slow baselines take longer), each ended after {:g} s at the latest\n",
         plan.size(), rough_duration(rough_seconds), study.time_limit_s);
     return done;
 }
@@ -222,7 +221,7 @@ int study(const CommonOptions& common, const StudyOptions& options) {
     runner.progress = [&progress](std::size_t position, const PlannedRun* run) {
         if (run == nullptr) return;
         progress.show(static_cast<std::int64_t>(position),
-                      fmt::format("{} {}: {}", run->spec.mode, run->spec.scene, contestant(run->spec)));
+                      fmt::format("{} {}: {}", run->spec.mode, run->spec.scene, method(run->spec)));
     };
     const RunnerResult result = run_plan(plan, runner);
     progress.end();

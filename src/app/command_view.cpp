@@ -43,7 +43,7 @@ ViewProgress shared_progress(std::int64_t ticks) {
 
 ViewPage view_of_scene(const CommonOptions& common, const ViewOptions& options) {
     const std::vector<std::string> responses =
-        options.responses.empty() ? std::vector<std::string>{"hold"} : options.responses;
+        options.responses.empty() ? std::vector<std::string>{"unilateral"} : options.responses;
     std::vector<RunSpec> specs;
     specs.reserve(responses.size());
     for (const std::string& response : responses) {
@@ -52,7 +52,7 @@ ViewPage view_of_scene(const CommonOptions& common, const ViewOptions& options) 
                                              .contacts = options.contacts,
                                              .stepper = options.stepper,
                                              .device = {},
-                                             .reach_margin = {}}));
+                                             .query_distance_margin = {}}));
     }
     check_ticks(options.ticks);
     const Scene scene = read_scene(options.inputs.front(), common.data);

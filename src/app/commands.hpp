@@ -66,7 +66,7 @@ struct RunOptions {
     std::optional<std::int64_t> ticks;
     std::optional<std::filesystem::path> record;
     bool paced = false;                    ///< released by the clock, not judged
-    bool explain_step = false;             ///< tell what step tissue and hands bear, run nothing
+    bool explain_step = false;             ///< say what step tissue and hands bear, run nothing
     std::string unstable_step = "refuse";  ///< refuse | substep | allow: steps that are unstable for certain
 };
 int run(const CommonOptions& common, const RunOptions& options);
@@ -75,7 +75,7 @@ struct ViewOptions {
     std::vector<std::filesystem::path> inputs;  ///< one scene, one recording, or report folders
     std::vector<std::string> responses;         ///< empty: hold; of a report: ours and the best other
     std::string detector = "ohc_clustered";
-    std::string contacts;  ///< contact source; empty: each response's own
+    std::string contacts;  ///< contact generator; empty: each response's own
     std::string stepper;   ///< NAME[:key=value…]; empty: the default one
     std::optional<std::int64_t> ticks;
     std::string scene;   ///< of a report: name, or file
@@ -149,7 +149,7 @@ struct BaselineOptions {
     /// NAME[:parameters], all, or recorded: what a recording carries; empty: what is kept, else recorded, else all
     std::vector<std::string> detectors;
     std::optional<std::filesystem::path> folder;  ///< default: baseline/ beside each source
-    std::optional<std::int64_t> every;            ///< default: as kept, else about 20 ticks of the source
+    std::optional<std::int64_t> every;            ///< default: as kept, else about 20 ticks of the generator
     double tolerance = 1.0e-9;                    ///< m
     double time_limit_s = 600.0;                  ///< per detector and source
     std::optional<std::filesystem::path> junit;   ///< file for a CI server, of check

@@ -33,7 +33,7 @@ double LongStepWatch::furthest(const Frame& frame, const BodyRange& body, const 
     return most;
 }
 
-void LongStepWatch::look(const Frame& frame) {
+void LongStepWatch::observe(const Frame& frame) {
     if (!frame.position.allFinite() || !frame.previous.allFinite()) return;
     motions_.clear();
     for (const BodyRange& body : topology_->bodies) motions_.push_back(motion_of(frame, body));
@@ -65,7 +65,7 @@ std::string long_step_note(const LongSteps& steps, const Topology& topology) {
     if (steps.frames == 0) return {};
     return fmt::format(
         "step longer than feature in {} frames: up to frame {} {} goes {:.3g} m, {:.3g} times the mean edge of {:.3g} "
-        "m, so that contacts between frames may be in no frame (swept=on tells them)",
+        "m, so that contacts between frames may be in no frame (swept=on reports them)",
         steps.frames, steps.tick, topology.bodies[static_cast<std::size_t>(steps.body)].name, steps.step,
         steps.step / steps.edge, steps.edge);
 }

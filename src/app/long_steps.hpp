@@ -1,5 +1,5 @@
-// Frames so far apart that features pass each other between them: what no detector that looks at one frame at a time
-// can tell of, and what a user of `replay` should know before he reads "0 missing".
+// Frames so far apart that features pass each other between them: what no detector that examines one frame at a time
+// can report, and what a user of `replay` should know before he reads "0 missing".
 #pragma once
 
 #include <cstdint>
@@ -19,14 +19,14 @@ struct LongSteps {
     double edge = 0.0;        ///< m, that it is measured with
 };
 
-/// Looks at frames in their order. A step is how far a vertex of one body goes against the mean motion of another body
+/// Examines frames in their order. A step is how far a vertex of one body goes against the mean motion of another body
 /// that it is tested with, where the boxes round both frames overlap; it is long when it exceeds the shorter mean edge
 /// of the two in the frame before.
 class LongStepWatch {
 public:
     explicit LongStepWatch(const Topology& topology) : topology_(&topology) {}
     /// frame.previous is the frame before; frames that are not finite are passed over.
-    void look(const Frame& frame);
+    void observe(const Frame& frame);
     [[nodiscard]] const LongSteps& steps() const { return steps_; }
 
 private:
@@ -43,7 +43,7 @@ private:
     std::vector<BodyMotion> motions_;
 };
 
-/// One line that tells them; empty when there are none.
+/// One line that reports them; empty when there are none.
 std::string long_step_note(const LongSteps& steps, const Topology& topology);
 
 }  // namespace trocar::app

@@ -15,9 +15,9 @@ void append_json(const PairAnswer& answer, fmt::memory_buffer& text) {
     }
     fmt::format_to(out, "],\"touch\":[{}]", fmt::join(answer.touch, ","));
     const auto number = [](bool known, std::int64_t value) { return known ? fmt::format("{}", value) : "null"; };
-    fmt::format_to(out, ",\"missing\":{},\"extra\":{},\"update_ns\":{},\"detect_ns\":{}",
-                   number(answer.errors.has_value(), answer.errors ? answer.errors->missing : 0),
-                   number(answer.errors.has_value(), answer.errors ? answer.errors->extra : 0),
+    fmt::format_to(out, ",\"false_negatives\":{},\"false_positives\":{},\"update_ns\":{},\"detect_ns\":{}",
+                   number(answer.errors.has_value(), answer.errors ? answer.errors->false_negatives : 0),
+                   number(answer.errors.has_value(), answer.errors ? answer.errors->false_positives : 0),
                    number(answer.update_ns.has_value(), answer.update_ns.value_or(0)),
                    number(answer.detect_ns.has_value(), answer.detect_ns.value_or(0)));
 }

@@ -20,7 +20,7 @@ std::string duration_text(double seconds) {
 }  // namespace
 
 Progress::Progress(std::string unit, std::int64_t total)
-    : unit_(std::move(unit)), total_(total), terminal_(isatty(STDERR_FILENO) == 1), told_(start_) {}
+    : unit_(std::move(unit)), total_(total), terminal_(isatty(STDERR_FILENO) == 1), reported_(start_) {}
 
 Progress::~Progress() { end(); }
 
@@ -28,8 +28,8 @@ void Progress::show(std::int64_t done, const std::string& what) {
     if (found_ < 0) found_ = done;
     const Clock::time_point now = Clock::now();
     const auto between = terminal_ ? std::chrono::milliseconds(100) : std::chrono::milliseconds(60'000);
-    if (now - told_ < between) return;
-    told_ = now;
+    if (now - reported_ < between) return;
+    reported_ = now;
     const double elapsed = std::chrono::duration<double>(now - start_).count();
     std::string line = total_ > 0 ? fmt::format("{} {} of {}, {}", unit_, done, total_, duration_text(elapsed))
                                   : fmt::format("{} {}, {}", unit_, done, duration_text(elapsed));
@@ -47,7 +47,7 @@ void Progress::show(std::int64_t done, const std::string& what) {
 }
 
 void Progress::end() {
-    if (terminal_ && told_ != start_) fmt::print(stderr, "\r\033[K");
+    if (terminal_ && reported_ != start_) fmt::print(stderr, "\r\033[K");
 }
 
 }  // namespace trocar::app

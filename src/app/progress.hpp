@@ -30,7 +30,7 @@ private:
     std::int64_t total_;
     bool terminal_;
     Clock::time_point start_ = Clock::now();
-    Clock::time_point told_;
+    Clock::time_point reported_;
     std::int64_t found_ = -1;  ///< done at the first call
 };
 

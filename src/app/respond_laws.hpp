@@ -30,8 +30,8 @@ struct LawAnswer {
 bool known_family(const std::string& family);
 
 /// Answers one case. `input` is read strictly: throws InputError with `file` and a JSON pointer below `pointer` for a
-/// missing key, a wrong type or shape, or an impossible value. `expected` (may be null) only tells at which step sizes
-/// an oscillator is to be sampled.
+/// missing key, a wrong type or shape, or an impossible value. `expected` (may be null) only reports at which step
+/// sizes an oscillator is to be sampled.
 LawAnswer answer_case(const std::string& family, const nlohmann::ordered_json& input,
                       const nlohmann::ordered_json& expected, const std::string& file, const std::string& pointer);
 

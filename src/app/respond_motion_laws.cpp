@@ -20,7 +20,7 @@ struct System {
     Topology topology;
     Materials materials;
     Frame frame;
-    Effect effect;
+    ResponseOutput output;
     std::vector<Wrench> reaction;
 
     System(const std::vector<Vector3>& points, double mass, const std::vector<std::uint8_t>& pinned,
@@ -37,7 +37,7 @@ struct System {
         for (Index i = 0; i < n; ++i) frame.position.col(i) = points[at(i)];
         frame.previous = frame.position;
         frame.velocity = Matrix3X::Zero(3, n);
-        effect.resize(n, 1);
+        output.resize(n, 1);
         reaction.assign(1, {});
     }
 };
@@ -49,18 +49,18 @@ bool settle(System& system, double dt, const Contact& contact) {
     constexpr int most_steps = 2'000'000;
     int quiet = 0;
     for (int step = 0; step < most_steps && quiet < 100; ++step) {
-        system.effect.contacts.clear();
-        contact(system.effect.contacts);
+        system.output.contacts.clear();
+        contact(system.output.contacts);
         const Vector3 before = system.frame.position.col(0);
-        if (!tissue.advance(system.effect, dt, system.frame, system.reaction).ok()) return false;
+        if (!tissue.advance(system.output, dt, system.frame, system.reaction).ok()) return false;
         const double moved = (system.frame.position.col(0) - before).norm();
         quiet = moved <= 1e-14 * std::max(before.norm(), 1e-3) ? quiet + 1 : 0;
     }
     return quiet >= 100;
 }
 
-LinearContact plane_contact(const Vector3& normal, double gap, double k, double mu) {
-    LinearContact contact;
+ContactForceLaw plane_contact(const Vector3& normal, double gap, double k, double mu) {
+    ContactForceLaw contact;
     contact.vertices = {0, -1, -1};
     contact.weights = {1.0, 0.0, 0.0};
     contact.normal = normal;
@@ -97,10 +97,10 @@ LawAnswer mass_on_plane(const Input& input) {
     const double drag = 2.0 * std::sqrt((hung ? k_spring : k_contact) * m);
     const double dt = 0.2 * m / drag;  // the plane's own stiffness is taken implicitly and bears any step
     System system(points, m, pinned, springs, drag);
-    system.effect.held_force(2, 0) = -m * g;
+    system.output.held_force(2, 0) = -m * g;
     const double mu = input.not_negative("mu", 0.0);
     LawAnswer answer;
-    if (!settle(system, dt, [&](std::vector<LinearContact>& contacts) {
+    if (!settle(system, dt, [&](std::vector<ContactForceLaw>& contacts) {
             const double gap = system.frame.position(2, 0) - plane;
             if (gap < 0.0) contacts.push_back(plane_contact(Vector3::UnitZ(), gap, k_contact, mu));
         })) {
@@ -133,7 +133,7 @@ LawAnswer springs_in_series(const Input& input) {
     System system({Vector3::Zero(), Vector3(0.0, 0.0, -length)}, m, {0, 1},
                   {Spring{.i = 0, .j = 1, .rest = length, .k = k_tissue}}, drag);
     LawAnswer answer;
-    if (!settle(system, dt, [&](std::vector<LinearContact>& contacts) {
+    if (!settle(system, dt, [&](std::vector<ContactForceLaw>& contacts) {
             const double gap = -total - system.frame.position(2, 0);
             if (gap <= 0.0) contacts.push_back(plane_contact(-Vector3::UnitZ(), gap, k_contact, 0.0));
         })) {
@@ -230,7 +230,7 @@ LawAnswer oscillation(const Input& input, const Json& expected) {
         System system = oscillator(m, k, c, x0, v0);
         MassSpring tissue(system.topology, system.materials);
         for (std::int64_t step = 0; step < steps; ++step) {
-            const Outcome outcome = tissue.advance(system.effect, h, system.frame, system.reaction);
+            const Outcome outcome = tissue.advance(system.output, h, system.frame, system.reaction);
             if (outcome.ok()) continue;
             answer.message = outcome.message;
             break;
@@ -285,7 +285,7 @@ LawAnswer oscillation_energy(const Input& input) {
     LawAnswer answer;
     for (std::int64_t step = 0; step < steps; ++step) {
         const double before = system.frame.position(0, 0);
-        const Outcome outcome = tissue.advance(system.effect, h, system.frame, system.reaction);
+        const Outcome outcome = tissue.advance(system.output, h, system.frame, system.reaction);
         if (!outcome.ok()) {
             answer.message = outcome.message;
             high = std::numeric_limits<double>::infinity();
@@ -377,7 +377,7 @@ LawAnswer step_limits(System system, double damping_rate) {
         MassSpring tissue(run.topology, run.materials);
         double largest = 0.0;
         for (int step = 0; step < 2000 && largest < 1e4; ++step) {
-            if (!tissue.advance(run.effect, factor * critical, run.frame, run.reaction).ok()) {
+            if (!tissue.advance(run.output, factor * critical, run.frame, run.reaction).ok()) {
                 return std::numeric_limits<double>::infinity();
             }
             largest = std::max(largest, run.frame.velocity.cwiseAbs().maxCoeff() / amplitude);

@@ -39,16 +39,16 @@ RunSpec spec_of(const MethodChoice& choice) {
     spec.mode = "closed_loop";
     spec.detector = checked_detector(choice.detector);
     spec.response = checked_response(choice.response);
-    const std::string own = default_source(parse_method(spec.response));
-    spec.contacts = registry().source(choice.contacts.empty() ? own : choice.contacts).name;
+    const std::string own = default_contact_generator(parse_method(spec.response));
+    spec.contacts = registry().contact_generator(choice.contacts.empty() ? own : choice.contacts).name;
     spec.stepper = checked_stepper(choice.stepper);
     spec.device = text_of(read_device(choice.device));
-    if (choice.reach_margin) {
-        if (!(*choice.reach_margin > 0.0 && *choice.reach_margin <= 100.0)) {
+    if (choice.query_distance_margin) {
+        if (!(*choice.query_distance_margin > 0.0 && *choice.query_distance_margin <= 100.0)) {
             throw InputError("--reach-margin", "", "a number above 0, at most 100",
-                             fmt::format("{}", *choice.reach_margin));
+                             fmt::format("{}", *choice.query_distance_margin));
         }
-        spec.reach_margin = fmt::format("{}", *choice.reach_margin);
+        spec.query_distance_margin = fmt::format("{}", *choice.query_distance_margin);
     }
     return spec;
 }

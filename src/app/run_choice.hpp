@@ -16,15 +16,15 @@ namespace trocar::app {
 /// The methods of a run as a person names them; empty: the default one.
 struct MethodChoice {
     std::string detector = "ohc_clustered";
-    std::string response = "hold";
-    std::string contacts;                ///< contact source; empty: the response's own
-    std::string stepper;                 ///< NAME[:key=value…]
-    std::string device;                  ///< key=value,…
-    std::optional<double> reach_margin;  ///< mean edges, see simulate/reach.hpp
+    std::string response = "unilateral";
+    std::string contacts;                         ///< contact generator; empty: the response's own
+    std::string stepper;                          ///< NAME[:key=value…]
+    std::string device;                           ///< key=value,…
+    std::optional<double> query_distance_margin;  ///< mean edges, see simulate/query_distance.hpp
 };
 
-/// Detector, response, contacts, stepper, device and reach margin of a closed loop, as records have them (parameters
-/// in alphabetical order). Throws InputError for an unknown or absent method and a bad value.
+/// Detector, response, contacts, stepper, device and query distance margin of a closed loop, as records have them
+/// (parameters in alphabetical order). Throws InputError for an unknown or absent method and a bad value.
 RunSpec spec_of(const MethodChoice& choice);
 
 /// Throws InputError unless `ticks` (--ticks) is none or what a scene may ask for, too.

@@ -1,5 +1,5 @@
-// What a shell and a reader need of the command line, told by the parser itself: completion scripts for bash, zsh and
-// fish, and the man page. A command that joins the parser is in all of them.
+// What a shell and a reader need of the command line, reported by the parser itself: completion scripts for bash, zsh
+// and fish, and the man page. A command that joins the parser is in all of them.
 #pragma once
 
 #include <string>

@@ -27,12 +27,12 @@ const char* verdict_of(const Scene& scene, const StepCheck& check) {
 void print_json(const Scene& scene, const std::string& stepper, const StepCheck& check) {
     const StepEstimate& tissue = check.tissue;
     const bool stable = scene.dt / tissue.substeps <= tissue.stable_step;
-    Json hands = Json::array();
-    for (const HandStep& hand : check.hands) {
-        hands.push_back({{"body", scene.topology.bodies[static_cast<std::size_t>(hand.body)].name},
-                         {"stable_step", json_number(hand.stable_step)},
-                         {"most_stiffness", hand.most_stiffness},
-                         {"unstable", hand.unstable}});
+    Json operators = Json::array();
+    for (const OperatorStep& coupling : check.operators) {
+        operators.push_back({{"body", scene.topology.bodies[static_cast<std::size_t>(coupling.body)].name},
+                             {"stable_step", json_number(coupling.stable_step)},
+                             {"most_stiffness", coupling.most_stiffness},
+                             {"unstable", coupling.unstable}});
     }
     const Json document{{"scene", scene.name},
                         {"stepper", stepper},
@@ -50,7 +50,7 @@ void print_json(const Scene& scene, const std::string& stepper, const StepCheck&
                           {"spring_evaluations", tissue.spring_evaluations()},
                           {"decides", deciding_place(scene, tissue, scene.first.position)},
                           {"remedy", stable ? std::string() : step_remedy(scene, tissue)}}},
-                        {"hands", hands}};
+                        {"hands", operators}};
     fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
@@ -79,10 +79,11 @@ void print_step(const Scene& scene, const std::string& stepper, const StepCheck&
     } else if (scene.has_tissue()) {
         fmt::print("step       no bound: any step is stable\n");
     }
-    for (const HandStep& hand : check.hands) {
+    for (const OperatorStep& coupling : check.operators) {
         fmt::print("hand       {}: stable below {}; at {} below {:.4g} N/m{}\n",
-                   scene.topology.bodies[static_cast<std::size_t>(hand.body)].name, shown(hand.stable_step, "any step"),
-                   shown(scene.dt / check.substeps, ""), hand.most_stiffness, hand.unstable ? ": UNSTABLE" : "");
+                   scene.topology.bodies[static_cast<std::size_t>(coupling.body)].name,
+                   shown(coupling.stable_step, "any step"), shown(scene.dt / check.substeps, ""),
+                   coupling.most_stiffness, coupling.unstable ? ": UNSTABLE" : "");
     }
     if (const std::string why = why_unstable(scene, check); !why.empty()) fmt::print("refused    {}\n", why);
 }

@@ -41,9 +41,9 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
     Progress progress("replay", static_cast<std::int64_t>(scenes.size()));
     std::set<std::string> taken;
     std::size_t written = 0;
-    std::int64_t looked_at = 0;
+    std::int64_t examined = 0;
     for (const std::string& scene : scenes) {
-        progress.show(looked_at++, scene);
+        progress.show(examined++, scene);
         const std::vector<const Record*> chosen = chosen_records(records, scene, {});
         if (chosen.empty()) continue;
         const std::optional<std::filesystem::path> file = scene_file_of(*chosen.front(), study_folder);

@@ -26,7 +26,7 @@ std::string fact(const Record& record, const std::string& key) {
 }
 
 double depth_at_worst(const Record& record) {
-    const auto found = record.summary.find("residual_max_m");
+    const auto found = record.summary.find("residual_penetration_max_m");
     const bool known = found != record.summary.end() && std::isfinite(found->second);
     return known ? found->second : std::numeric_limits<double>::infinity();
 }
@@ -108,7 +108,7 @@ std::string methods_of(const RunSpec& spec) {
     return text;
 }
 
-/// Labels tell the runs apart in as few words as do.
+/// Labels report the runs apart in as few words as do.
 void name_runs(const std::vector<RunSpec>& specs, ViewPage& page) {
     const auto unique = [&page] {
         std::set<std::string> labels;

@@ -17,12 +17,12 @@ namespace trocar::app {
 /// Frames are kept every so many ticks.
 inline constexpr std::int64_t viewed_stride = 8;
 
-/// Told before every tick, with the run's name and the number of ticks done.
+/// Reported before every tick, with the run's name and the number of ticks done.
 using ViewProgress = std::function<void(const std::string&, std::int64_t)>;
 
 /// The records that a page of the scene shows. Without `responses` two: ours (what the study names so, else the best of
-/// our own) and the best with another response, by the depth left at worst; controls never. Else the best record of
-/// each response named, a name or a name with all its parameters; throws InputError where there is none.
+/// our own) and the best with another response, by the residual penetration at worst; controls never. Else the best
+/// record of each response named, a name or a name with all its parameters; throws InputError where there is none.
 std::vector<const Record*> chosen_records(const std::vector<Record>& records, const std::string& scene,
                                           const std::vector<std::string>& responses);
 
@@ -40,13 +40,13 @@ ViewPage page_of(const Scene& scene);
 void add_run(const Scene& scene, const RunSpec& spec, const Record* record, const ViewProgress& progress,
              ViewPage& page);
 
-/// The page of a scene with the runs of these records. A scene whose file has changed since is told on the page.
+/// The page of a scene with the runs of these records. A scene whose file has changed since is reported on the page.
 ViewPage page_of_records(const Scene& scene, const std::vector<const Record*>& records, const ViewProgress& progress);
 
 /// A recording's frames, without forces. Throws InputError as play_recording.
 ViewPage page_of_recording(const std::filesystem::path& file);
 
-/// Once all runs are there: the line under the title, and labels that tell the runs apart in as few words as do.
+/// Once all runs are there: the line under the title, and labels that report the runs apart in as few words as do.
 void finish_page(const std::vector<RunSpec>& specs, ViewPage& page);
 
 }  // namespace trocar::app

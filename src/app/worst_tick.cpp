@@ -24,8 +24,8 @@ struct Cut {
     Vector3 up = Vector3::UnitZ();
     [[nodiscard]] Vector3 normal() const { return right.cross(up); }
     [[nodiscard]] std::array<double, 2> place(const Vector3& point) const {
-        const Vector3 way = point - origin;
-        return {mm * way.dot(right), mm * way.dot(up)};
+        const Vector3 path = point - origin;
+        return {mm * path.dot(right), mm * path.dot(up)};
     }
 };
 
@@ -50,8 +50,8 @@ Cut cut_through(const Topology& topology, const PlayedFrame& frame) {
     for (const BodyRange& body : topology.bodies) {
         if (body.kind != BodyKind::instrument) continue;
         const auto points = frame.position.middleCols(body.vertices.first, body.vertices.count);
-        const Matrix3X way = points.colwise() - points.rowwise().mean();
-        spread += way * way.transpose();
+        const Matrix3X path = points.colwise() - points.rowwise().mean();
+        spread += path * path.transpose();
     }
     const Eigen::SelfAdjointEigenSolver<Matrix3> axes(spread);
     Vector3 along = axes.eigenvectors().col(2);
@@ -110,7 +110,8 @@ WorstTick::State state_of(const Topology& topology, const PlayedFrame& frame, co
     WorstTick::State state;
     state.name = name;
     state.state_hash = state_hash;
-    state.depth = mm * (std::isnan(frame.row.max_depth) ? frame.deepest_vertex() : frame.row.max_depth);
+    state.depth =
+        mm * (std::isnan(frame.row.residual_penetration) ? frame.deepest_vertex() : frame.row.residual_penetration);
     for (const BodyRange& body : topology.bodies) {
         WorstTick::Body part = slice(topology, body, frame, cut);
         keep_near(part);
@@ -177,7 +178,7 @@ void add_reference(const ReferenceSolution& hard, bool scripted, const PlayedFra
 }
 
 /// Every body that is no tissue stands in the same place in both frames.
-bool led_alike(const Topology& topology, const PlayedFrame& a, const PlayedFrame& b) {
+bool driven_alike(const Topology& topology, const PlayedFrame& a, const PlayedFrame& b) {
     return std::all_of(topology.bodies.begin(), topology.bodies.end(), [&](const BodyRange& body) {
         return body.kind == BodyKind::tissue || a.position.middleCols(body.vertices.first, body.vertices.count) ==
                                                     b.position.middleCols(body.vertices.first, body.vertices.count);
@@ -212,7 +213,7 @@ std::optional<WorstTick> see_worst_tick(const std::vector<Record>& records, cons
     const std::string& name = runs->other == nullptr ? runs->first_name : runs->other_name;
     seen.states.push_back(state_of(scene.topology, deep, cut, marked, name, worst.state_hash));
     seen.force.push_back(force_of(name, worst_again));
-    add_reference(hard, runs->other != nullptr && led_alike(scene.topology, frame, deep), deep, cut, seen);
+    add_reference(hard, runs->other != nullptr && driven_alike(scene.topology, frame, deep), deep, cut, seen);
     return seen;
 }
 

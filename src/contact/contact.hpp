@@ -1,5 +1,5 @@
 // What detection finds: pairs of intersecting triangles, and contacts that add geometry to a pair.
-// Unset fields are poisoned (NaN, -1), so that "not filled" never looks like an answer.
+// Unset fields are poisoned (NaN, -1), so that "not filled" never resembles an answer.
 #pragma once
 
 #include <algorithm>
@@ -27,17 +27,17 @@ enum class ContactCase : std::uint8_t {
     touch,        ///< overlap and depth both at most 1 nm: no response
     coplanar,     ///< same plane: no response, counted
     degenerate,   ///< a triangle with an altitude below 1 µm: no response, counted
-    point_face,   ///< sources `near` and `tracked`: a vertex and the point of a face nearest to it
-    edge_edge     ///< sources `near` and `tracked`: where two edges come closest
+    point_face,   ///< sources `proximity` and `tracked_proximity`: a vertex and the point of a face nearest to it
+    edge_edge     ///< sources `proximity` and `tracked_proximity`: where two edges come closest
 };
 
 /// How a contact that begins between two frames begins.
 enum class SweptKind : std::uint8_t { unset, vertex_face, edge_edge };
 
 /// Two triangles that are apart at the frame before and meet on the way to this one, every vertex moving on a straight
-/// line; whether they still intersect at the end is what the list of pairs tells.
+/// line; whether they still intersect at the end is what the list of pairs reports.
 struct SweptContact {
-    Index a = -1;  ///< a < b, global triangle numbers; -1 where a library tells the bodies only
+    Index a = -1;  ///< a < b, global triangle numbers; -1 where a library reports the bodies only
     Index b = -1;
     Index body_a = -1;  ///< body_a < body_b
     Index body_b = -1;
@@ -85,7 +85,7 @@ struct Contact {
     Index vertex_a = -1;           ///< A1: global vertex of a (entering, or nearest to vertex_b)
     Index vertex_b = -1;           ///< A2: global vertex of b (entering, or nearest to vertex_a)
 
-    // What every source tells at the *start of the tick*: led bodies where the tick finds them, tissue as detected.
+    // What every source reports at the *start of the tick*: led bodies where the tick finds them, tissue as detected.
     Index body_a = -1;  ///< body_a < body_b
     Index body_b = -1;
     ContactPoint on_a;
@@ -94,7 +94,7 @@ struct Contact {
     double approach = unset;  ///< m, change of the gap that the scripts alone bring within the tick; closing negative
     /// point_face and edge_edge: 1 where the feature is on the side where it belongs, -1 where it has crossed.
     int side = 0;
-    std::uint64_t id = 0;  ///< names the two features, the same in every tick; 0: the source tells none
+    std::uint64_t id = 0;  ///< names the two features, the same in every tick; 0: the source reports none
 };
 
 }  // namespace trocar

@@ -27,7 +27,7 @@ WorkCounters& WorkCounters::operator+=(const WorkCounters& other) {
 void ContactSet::clear() {
     pairs.clear();
     near.clear();
-    reach = 0.0;
+    query_distance = 0.0;
     native.clear();
     swept.clear();
     contacts.clear();

@@ -11,7 +11,7 @@
 
 namespace trocar {
 
-/// Deterministic counts of what a method looked at in one tick.
+/// Deterministic counts of what a method examined in one tick.
 struct WorkCounters {
     std::int64_t vertices_read = 0;
     std::int64_t cells_visited = 0;
@@ -22,14 +22,14 @@ struct WorkCounters {
 };
 
 /// A detector fills pairs (sorted by (a, b), each once), within a reach also the near ones, optionally native contacts,
-/// and the counters; the contact source fills contacts. Pairs name only triangles of body pairs that the
+/// and the counters; the contact generator fills contacts. Pairs name only triangles of body pairs that the
 /// topology lists.
 struct ContactSet {
-    std::vector<TrianglePair> pairs;  ///< triangles that meet, whatever the reach
-    /// Triangles that do not meet and whose distance is at most `reach` (geometry/triangle_distance.hpp); sorted by
-    /// (a, b), each once, none of them in `pairs`; empty at reach 0.
+    std::vector<TrianglePair> pairs;  ///< triangles that meet, whatever the query distance
+    /// Triangles that do not meet and whose distance is at most `query_distance` (geometry/triangle_distance.hpp);
+    /// sorted by (a, b), each once, none of them in `pairs`; empty at reach 0.
     std::vector<TrianglePair> near;
-    double reach = 0.0;           ///< m, that the detector answered within; 0: meeting pairs only
+    double query_distance = 0.0;  ///< m, that the detector answered within; 0: meeting pairs only
     std::vector<Contact> native;  ///< the library's own contacts, kept raw
     /// Contacts that begin between the frames; only a detector with such an option fills it. Sorted by (a, b, body_a,
     /// body_b), each once; never part of `pairs`.
@@ -44,7 +44,7 @@ struct ContactSet {
 
     /// Empties everything and keeps the memory.
     void clear();
-    /// Puts the smaller number first in each pair, sorts and drops repeats; for `pairs`, and for `near`.
+    /// Puts the smaller number first in each pair, sorts and drops repeats; for `pairs`, and for `proximity`.
     void sort_pairs();
     void sort_near();
 };

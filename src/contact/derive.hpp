@@ -19,7 +19,7 @@ namespace trocar {
 /// on the side of interval_direction; d_ee = interval_length · (n_ee · interval_direction) is how far b must move along
 /// n_ee until the edges' lines touch; for nearly parallel edges (sine below 1e-3) n_ee is interval_direction itself.
 /// touch: geometry of the case it would be, no response. coplanar and degenerate: only a, b and kind are set.
-/// A pair of rivals' making whose triangles share no point keeps kind `unset`.
+/// A pair of baselines' making whose triangles share no point keeps kind `unset`.
 void derive(const Topology& topology, const Frame& frame, ContactSet& contacts);
 
 /// The canonical contact of one pair; what derive does for each.

@@ -22,7 +22,7 @@ enum class SolverTiming : std::uint8_t {
 /// A contact of role `solved` in a sub-step: its point P = Σ weight_i x_i over the columns of the step, against the
 /// other side.
 struct SolvedContact {
-    std::size_t source = 0;            ///< number in Effect::contacts
+    std::size_t source = 0;            ///< number in ResponseOutput::contacts
     Vector3 normal = Vector3::Zero();  ///< unit, direction in which P is pushed
     double depth = 0.0;                ///< m, as the sub-step begins, negative: open
     int count = 0;

@@ -41,13 +41,13 @@ double weight_sum(const std::array<Index, 3>& vertices, const std::array<double,
 constexpr double most_off_one = 1e-6;
 
 /// What is wrong with a contact whose numbers are finite and whose vertices exist; null: nothing.
-const char* fault_of(const LinearContact& one) {
+const char* fault_of(const ContactForceLaw& one) {
     if (!is_unit(one.normal)) return "a normal that is not a unit, of contact";
     if (std::abs(weight_sum(one.vertices, one.weights) - 1.0) > most_off_one ||
         std::abs(weight_sum(one.reaction_vertices, one.reaction_weights) - 1.0) > most_off_one)
         return "weights whose sum is not 1, of contact";
     // A spring that pulls through its normal makes energy from nothing; who means it says so. A
-    // damper below 0 is the one that the thesis prints, and stays what blow_up.hpp looks for.
+    // damper below 0 is the one that the thesis prints, and stays what blow_up.hpp searches for.
     if ((one.k < 0.0 && !one.adhesive) || one.limit < 0.0 || one.friction < 0.0 || one.tangent_k < 0.0)
         return "a stiffness, friction or limit below 0, of contact";
     return nullptr;
@@ -83,12 +83,12 @@ Outcome check_contacts(const Topology& topology, const ContactSet& contacts) {
     return {};
 }
 
-Outcome check_effect(const Topology& topology, const Effect& effect) {
+Outcome check_output(const Topology& topology, const ResponseOutput& output) {
     const auto failed = [](OutcomeKind kind, const char* what, std::size_t number) {
         return Outcome{kind, fmt::format("respond: {} {}", what, number)};
     };
-    for (std::size_t i = 0; i < effect.contacts.size(); ++i) {
-        const LinearContact& one = effect.contacts[i];
+    for (std::size_t i = 0; i < output.contacts.size(); ++i) {
+        const ContactForceLaw& one = output.contacts[i];
         if (!vertices_exist(one.vertices, topology) || !vertices_exist(one.reaction_vertices, topology))
             return failed(OutcomeKind::threw, "a vertex that there is not, of contact", i);
         if (!exists(one.reaction_body, topology.body_count()))
@@ -100,24 +100,24 @@ Outcome check_effect(const Topology& topology, const Effect& effect) {
         if (!std::isfinite(sum) || std::isnan(one.limit) || !all_finite(one.weights) ||
             !all_finite(one.reaction_weights))
             return failed(OutcomeKind::not_finite, "a number that is not finite, of contact", i);
-        if (one.role == ContactRole::solved && effect.solver == nullptr)
+        if (one.role == ContactRole::solved && output.solver == nullptr)
             return failed(OutcomeKind::threw, "no solver for its impulse, of contact", i);
         if (one.role == ContactRole::solved &&
             (one.k != 0.0 || one.mu != 0.0 || one.friction > 0.0 || one.adhesive || std::isfinite(one.limit)))
             return failed(OutcomeKind::threw, "a law, friction or limit beside its solver, of contact", i);
         if (const char* fault = fault_of(one)) return failed(OutcomeKind::threw, fault, i);
     }
-    for (std::size_t i = 0; i < effect.placements.size(); ++i) {
-        const Placement& one = effect.placements[i];
+    for (std::size_t i = 0; i < output.position_corrections.size(); ++i) {
+        const PositionCorrection& one = output.position_corrections[i];
         if (one.vertex < 0 || one.vertex >= topology.vertex_count)
-            return failed(OutcomeKind::threw, "a vertex that there is not, of placement", i);
+            return failed(OutcomeKind::threw, "a vertex that there is not, of position correction", i);
         if (!one.position.allFinite() || !one.velocity.allFinite())
-            return failed(OutcomeKind::not_finite, "a number that is not finite, of placement", i);
+            return failed(OutcomeKind::not_finite, "a number that is not finite, of position correction", i);
     }
-    if (!std::isfinite((effect.held_force.array() * 0.0).sum()))
+    if (!std::isfinite((output.held_force.array() * 0.0).sum()))
         return {OutcomeKind::not_finite, "respond: a held force that is not finite"};
-    for (std::size_t body = 0; body < effect.wrench.size(); ++body) {
-        if (!effect.wrench[body].force.allFinite() || !effect.wrench[body].moment.allFinite())
+    for (std::size_t body = 0; body < output.wrench.size(); ++body) {
+        if (!output.wrench[body].force.allFinite() || !output.wrench[body].moment.allFinite())
             return failed(OutcomeKind::not_finite, "a wrench that is not finite, of body", body);
     }
     return {};

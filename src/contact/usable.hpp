@@ -3,7 +3,7 @@
 #pragma once
 
 #include "contact/contact_set.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -13,8 +13,8 @@ namespace trocar {
 /// degenerate pair leaves unset is no failure. Never allocates when ok.
 Outcome check_contacts(const Topology& topology, const ContactSet& contacts);
 
-/// The same of an effect: its contacts, placements and forces. threw, too: weights whose sum is not 1; a stiffness,
-/// friction or limit below 0, with which a contact would pull through its normal.
-Outcome check_effect(const Topology& topology, const Effect& effect);
+/// The same of a response output: its contacts, position corrections and forces. threw, too: weights whose sum is not
+/// 1; a stiffness, friction or limit below 0, with which a contact would pull through its normal.
+Outcome check_output(const Topology& topology, const ResponseOutput& output);
 
 }  // namespace trocar

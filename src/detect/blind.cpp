@@ -1,6 +1,6 @@
-// A control, not a contestant: a detector that answers nothing. A response that moves anything with it does not work
+// A control, not a method: a detector that answers nothing. A response that moves anything with it does not work
 // from its contacts. Asked to hide a part of the instruments' triangles it answers exactly but for these, so that one
-// sees what a miss costs a response; single pairs would cost nothing, since several of them tell the same vertex and
+// sees what a miss costs a response; single pairs would cost nothing, since several of them report the same vertex and
 // face.
 #include <cmath>
 #include <cstdint>
@@ -38,9 +38,9 @@ public:
         if (exact_) exact_->prepare(topology, frame);
     }
 
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
-        if (exact_) exact_->update(frame, reach);
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
+        if (exact_) exact_->update(frame, query_distance);
     }
 
     void detect(const Frame& frame, ContactSet& contacts) override {
@@ -52,7 +52,7 @@ public:
             return;
         }
         contacts.clear();
-        if (check_frame(*topology_, frame, contacts)) contacts.reach = reach_;
+        if (check_frame(*topology_, frame, contacts)) contacts.query_distance = query_distance_;
     }
 
 private:
@@ -62,7 +62,7 @@ private:
     std::int64_t hidden_per_million_;
     std::unique_ptr<Detector> exact_;  ///< null where all is hidden
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;                ///< m
+    double query_distance_ = 0.0;       ///< m
     std::vector<std::uint8_t> hidden_;  ///< per triangle
 };
 
@@ -70,8 +70,8 @@ private:
 
 DetectorEntry blind_detector() {
     return {.name = "blind",
-            .configuration = "a control, not a contestant: answers nothing, or all but the triangles that it hides",
-            .reach = true,
+            .configuration = "a control, not a method: answers nothing, or all but the triangles that it hides",
+            .query_distance = true,
             .control = true,
             .parameters = {{.name = "hide",
                             .unit = "1",

@@ -51,12 +51,12 @@ bool BlockBoxes::read_all(const Frame& frame, std::int64_t now) {
     return finish(finite, moved_blocks_.size() == block_.size(), now);
 }
 
-bool BlockBoxes::read_swept(const Frame& frame, bool way, std::int64_t now) {
+bool BlockBoxes::read_swept(const Frame& frame, bool path, std::int64_t now) {
     bool finite = true;
     for (Index block = 0; block < clusters_.block_count; ++block) {
         const auto b = static_cast<std::size_t>(block);
         finite &= box_block(frame.position.data(), block, block_[b]);
-        if (way) {
+        if (path) {
             Extent before;
             finite &= box_block(frame.previous.data(), block, before);
             block_[b].add(before);

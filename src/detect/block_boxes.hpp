@@ -18,13 +18,13 @@ class BlockBoxes {
 public:
     BlockBoxes(const ClusteredBody& clusters, const VertexKernels& kernels);
 
-    /// Looks at all vertices. Returns false when a number is not finite; then nothing counts as read.
+    /// Examines all vertices. Returns false when a number is not finite; then nothing counts as read.
     bool read_all(const Frame& frame, std::int64_t now);
-    /// Looks at all vertices and counts all as moved. `way`: boxes hold them at the frame before too, which is finite.
-    bool read_swept(const Frame& frame, bool way, std::int64_t now);
-    /// Which blocks hold vertices of `ranges` (of the frame): how many vertices read_asked will look at.
+    /// Examines all vertices and counts all as moved. `path`: boxes hold them at the frame before too, which is finite.
+    bool read_swept(const Frame& frame, bool path, std::int64_t now);
+    /// Which blocks hold vertices of `ranges` (of the frame): how many vertices read_asked will examine.
     std::int64_t ask(std::span<const Range> ranges, std::int64_t now);
-    /// Looks at those blocks, all others are as they were.
+    /// Examines those blocks, all others are as they were.
     bool read_asked(const Frame& frame, std::int64_t now);
 
     /// Box around the blocks of a group.

@@ -1,6 +1,6 @@
 // The slow, obvious detector: every triangle against every triangle of every listed body pair, a box test first, then
-// the exact triangle test and, within a reach, the distance. Every clever detector is held against it as a set, so it
-// stays free of cleverness.
+// the exact triangle test and, within a query distance, the distance. Every clever detector is held against it as a
+// set, so it stays free of cleverness.
 #include "geometry/box_pairs.hpp"
 #include "geometry/exact.hpp"
 #include "geometry/triangle_distance.hpp"
@@ -14,23 +14,23 @@ class BruteForce final : public Detector {
 public:
     void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
 
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         if (is_answerable(*topology_, frame)) triangle_boxes(frame.position, topology_->triangles, boxes_);
     }
 
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!check_frame(*topology_, frame, contacts)) return;
-        contacts.reach = reach_;
+        contacts.query_distance = query_distance_;
         contacts.work.vertices_read = frame.position.cols();
         for (const auto& [body_a, body_b] : topology_->body_pairs) {
             const Range first = topology_->bodies[static_cast<std::size_t>(body_a)].triangles;
             const Range second = topology_->bodies[static_cast<std::size_t>(body_b)].triangles;
             for (Index a = first.first; a < first.end(); ++a) {
                 Box around = boxes_[static_cast<std::size_t>(a)];
-                around.min.array() -= reach_;
-                around.max.array() += reach_;
+                around.min.array() -= query_distance_;
+                around.max.array() += query_distance_;
                 for (Index b = second.first; b < second.end(); ++b) {
                     ++contacts.work.box_tests;
                     if (!around.overlaps(boxes_[static_cast<std::size_t>(b)])) continue;
@@ -51,9 +51,9 @@ private:
             contacts.pairs.push_back(pair);
             return;
         }
-        if (reach_ == 0.0) return;
+        if (query_distance_ == 0.0) return;
         ++contacts.work.triangle_tests;
-        if (is_within_reach(first, second, reach_)) contacts.near.push_back(pair);
+        if (is_within_query_distance(first, second, query_distance_)) contacts.near.push_back(pair);
     }
     [[nodiscard]] Corners corners(const Frame& frame, Index triangle) const {
         const auto vertices = topology_->triangles.col(triangle);
@@ -61,7 +61,7 @@ private:
     }
 
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;  ///< m
+    double query_distance_ = 0.0;  ///< m
     std::vector<Box> boxes_;
 };
 
@@ -72,7 +72,7 @@ DetectorEntry brute_force_detector() {
             .configuration = "double precision; exact triangle test; quadratic in the number of triangles",
             .own = true,
             .claims_exact = true,
-            .reach = true,
+            .query_distance = true,
             .make = [](const ParameterValues&) { return std::make_unique<BruteForce>(); }};
 }
 

@@ -127,11 +127,11 @@ void rows(const SixteenBoxes& first, std::uint32_t first_mask, const SixteenBoxe
     }
 }
 
-void grow(const SixteenBoxes& boxes, float reach, SixteenBoxes& result) {
+void grow(const SixteenBoxes& boxes, float query_distance, SixteenBoxes& result) {
     const Floats d;
     const std::size_t lanes = hn::Lanes(d);
     const auto infinity = hn::Set(d, std::numeric_limits<float>::infinity());
-    const auto wider = hn::Set(d, reach * (1.0F + 0x1p-20F) + std::numeric_limits<float>::min());
+    const auto wider = hn::Set(d, query_distance * (1.0F + 0x1p-20F) + std::numeric_limits<float>::min());
     const auto slack = hn::Set(d, 0x1p-21F);
     for (std::size_t axis = 0; axis < 3; ++axis) {
         for (std::size_t j = 0; j < fan; j += lanes) {

@@ -23,16 +23,16 @@ struct alignas(64) SixteenBoxes {
             {boxes.high[0][i], boxes.high[1][i], boxes.high[2][i]}};
 }
 
-/// The low of a box with `reach` around it, in a FloatFrame: not above the low of any box that, before rounding, comes
-/// within reach. Both numbers are within 2^-24 of what they stand for, and three operations round here; what is
-/// infinite could be anywhere beyond.
-[[nodiscard]] inline float grown_down(float low, float reach) {
+/// The low of a box with `query_distance` around it, in a FloatFrame: not above the low of any box that, before
+/// rounding, comes within the query distance. Both numbers are within 2^-24 of what they stand for, and three
+/// operations round here; what is infinite could be anywhere beyond.
+[[nodiscard]] inline float grown_down(float low, float query_distance) {
     constexpr float infinity = std::numeric_limits<float>::infinity();
     const float size = low < 0.0F ? -low : low;
-    const float wider = reach * (1.0F + 0x1p-20F) + std::numeric_limits<float>::min();
+    const float wider = query_distance * (1.0F + 0x1p-20F) + std::numeric_limits<float>::min();
     return size == infinity ? -infinity : low - (size * 0x1p-21F + wider);
 }
-[[nodiscard]] inline float grown_up(float high, float reach) { return -grown_down(-high, reach); }
+[[nodiscard]] inline float grown_up(float high, float query_distance) { return -grown_down(-high, query_distance); }
 
 using SixteenRows = std::array<std::uint16_t, fan>;
 
@@ -43,11 +43,12 @@ struct ClusterKernels {
     void (*boxes_of_triangles)(const FloatPoint* points, const ClusterCorners& corners, SixteenBoxes& result);
     /// Bit j is set when box j of `boxes` overlaps or touches `box`; a box of NaN overlaps nothing.
     std::uint32_t (*overlaps)(const SixteenBoxes& boxes, const FloatBox& box);
-    /// As `overlaps` for each box i of `first` in `first_mask`: bit j of result[i] tells of box j of `second`. The
+    /// As `overlaps` for each box i of `first` in `first_mask`: bit j of result[i] reports box j of `second`. The
     /// other results are not set.
     void (*rows)(const SixteenBoxes& first, std::uint32_t first_mask, const SixteenBoxes& second, SixteenRows& result);
-    /// Each box with `reach` on all sides and a little more, as grown_down and grown_up have it; NaN stays NaN.
-    void (*grow)(const SixteenBoxes& boxes, float reach, SixteenBoxes& result);
+    /// Each box with `query_distance` on all sides and a little more, as grown_down and grown_up have it; NaN stays
+    /// NaN.
+    void (*grow)(const SixteenBoxes& boxes, float query_distance, SixteenBoxes& result);
     const char* target;  ///< instruction set, as Highway names it
 };
 

@@ -27,10 +27,10 @@ void ClusteredAnswer::test_candidates(const Frame& frame, const std::vector<Tria
                                       ContactSet& contacts) {
     if (!settings_.limited()) {
         const auto count = static_cast<std::int64_t>(candidates.size());
-        work_.counters.triangle_tests += clock_.way ? 2 * count : count;
-        work_.counters.triangle_tests += test_pairs_within(clock_.reach, settings_.test, bodies_.topology(), frame,
-                                                           candidates, contacts.pairs, contacts.near, filter_);
-        if (clock_.way) test_swept(bodies_.topology(), frame, candidates, contacts.swept);
+        work_.counters.triangle_tests += clock_.path ? 2 * count : count;
+        work_.counters.triangle_tests += test_pairs_within(clock_.query_distance, settings_.test, bodies_.topology(),
+                                                           frame, candidates, contacts.pairs, contacts.near, filter_);
+        if (clock_.path) test_swept(bodies_.topology(), frame, candidates, contacts.swept);
         return;
     }
     for (const TrianglePair& pair : candidates) {
@@ -49,11 +49,11 @@ bool ClusteredAnswer::test_one(const Frame& frame, const TrianglePair& pair, Con
     const std::size_t meeting = contacts.pairs.size();
     if (full(meeting + contacts.near.size()) || !work_.spend(work_.counters.triangle_tests, 1)) return false;
     test_pairs(settings_.test, bodies_.topology(), frame, {&pair, 1}, contacts.pairs, filter_);
-    if (clock_.reach > 0.0 && contacts.pairs.size() == meeting) {
+    if (clock_.query_distance > 0.0 && contacts.pairs.size() == meeting) {
         if (!work_.spend(work_.counters.triangle_tests, 1)) return false;
-        if (is_near(bodies_.topology(), frame, pair, clock_.reach)) contacts.near.push_back(pair);
+        if (is_near(bodies_.topology(), frame, pair, clock_.query_distance)) contacts.near.push_back(pair);
     }
-    if (!clock_.way || !either_moved(bodies_.topology(), frame, pair)) return true;
+    if (!clock_.path || !either_moved(bodies_.topology(), frame, pair)) return true;
     if (full(contacts.swept.size()) || !work_.spend(work_.counters.triangle_tests, 1)) return false;
     test_swept(bodies_.topology(), frame, {&pair, 1}, contacts.swept);
     return true;

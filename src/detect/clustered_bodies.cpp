@@ -85,7 +85,7 @@ bool ClusteredBodies::read(const Frame& frame, bool whole) {
     for (const Range& range : whole ? unused_vertices_ : unused_moved_) all_finite &= finite(frame, range);
     for (const MovingBody& moving : bodies_) {
         if (settings_.swept) {
-            all_finite &= moving.boxes->read_swept(frame, clock_.way, clock_.now);
+            all_finite &= moving.boxes->read_swept(frame, clock_.path, clock_.now);
         } else if (whole) {
             all_finite &= moving.boxes->read_all(frame, clock_.now);
         } else {

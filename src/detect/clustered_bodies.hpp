@@ -34,7 +34,7 @@ public:
     /// Makes the clusters; the frame decides their order, never the answer. Nothing is read.
     void build(const Frame& frame);
 
-    /// How many vertices `read` will look at when these moved: blocks are read as a whole.
+    /// How many vertices `read` will examine when these moved: blocks are read as a whole.
     std::int64_t ask(const std::vector<Range>& ranges);
     /// Boxes of all blocks and regions that moved, at clock.now, among all or among those asked for; false when a
     /// number is not finite.

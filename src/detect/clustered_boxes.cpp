@@ -27,7 +27,7 @@ void unite(const SixteenBoxes& other, SixteenBoxes& boxes) {
 }
 
 /// Floats are within 2^-24 of what they stand for, or lost below the smallest of them.
-TickPart part_of_meeting_in_float(const BoxOnWay<FloatBox>& p, const BoxOnWay<FloatBox>& q) {
+TickPart part_of_meeting_in_float(const BoxOnPath<FloatBox>& p, const BoxOnPath<FloatBox>& q) {
     return part_of_meeting(p, q, 0x1p-23, 0x1p-148);
 }
 
@@ -45,22 +45,22 @@ void ClusteredBoxes::build() {
     }
     regions_opened_.reserve(bodies_.region_count());
     groups_opened_.reserve(std::min<std::size_t>(bodies_.group_count(), 512));
-    cluster_ways_.reserve(settings_.swept ? groups_opened_.capacity() : 0);
+    cluster_paths_.reserve(settings_.swept ? groups_opened_.capacity() : 0);
     triangle_boxes_.reserve(std::min<std::size_t>(clusters, 2048));
     points_.reserve(std::min<std::size_t>(points, 65536));
 }
 
 void ClusteredBoxes::start() {
     choose_floats();
-    reach_ = static_cast<float>(clock_.reach * floats_.scale);
-    // A reach that is lost in float is still one.
-    if (clock_.reach > 0.0) reach_ = std::max(reach_, std::numeric_limits<float>::min());
+    query_distance_ = static_cast<float>(clock_.query_distance * floats_.scale);
+    // A query distance that is lost in float is still one.
+    if (clock_.query_distance > 0.0) query_distance_ = std::max(query_distance_, std::numeric_limits<float>::min());
     // Contact wanders; what it left behind must not pile up.
     constexpr std::size_t some = 16;
     if (groups_opened_.size() > 2 * std::exchange(groups_asked_, 0) + some) forget();
 }
 
-/// Floats tell most apart near their origin, which therefore lies in the median of the regions that meet, of each two
+/// Floats report most apart near their origin, which therefore lies in the median of the regions that meet, of each two
 /// the smaller one: what a vertex far away makes large does not matter. What is opened stays valid as long as the old
 /// choice will do.
 void ClusteredBoxes::choose_floats() {
@@ -87,7 +87,7 @@ void ClusteredBoxes::forget() {
     std::fill(place_of_group_.begin(), place_of_group_.end(), -1);
     regions_opened_.clear();
     groups_opened_.clear();
-    cluster_ways_.clear();
+    cluster_paths_.clear();
     points_.clear();
     triangle_boxes_.clear();
 }
@@ -128,7 +128,7 @@ std::int32_t ClusteredBoxes::open_group(const Frame& frame, const MovingBody& mo
     if (place < 0) {
         place = static_cast<std::int32_t>(groups_opened_.size());
         Group& fresh = groups_opened_.emplace_back();
-        if (settings_.swept) cluster_ways_.emplace_back();
+        if (settings_.swept) cluster_paths_.emplace_back();
         fresh.points = points_.size();
         fresh.triangles.fill(-1);
         points_.resize(points_.size() + static_cast<std::size_t>(settings_.swept ? 2 * count : count));
@@ -136,14 +136,14 @@ std::int32_t ClusteredBoxes::open_group(const Frame& frame, const MovingBody& mo
     Group& opened = groups_opened_[static_cast<std::size_t>(place)];
     if (std::exchange(opened.asked_at, clock_.now) != clock_.now) ++groups_asked_;
     if (opened.opened_at >= moving.boxes->group_moved_at(group)) return place;
-    if (!work_.spend(work_.counters.vertices_read, clock_.way ? 2 * count : count)) return -1;
+    if (!work_.spend(work_.counters.vertices_read, clock_.path ? 2 * count : count)) return -1;
     const Index* const vertices = clusters.vertices_of_group.begin(group);
     FloatPoint* const points = points_.data() + opened.points;
     vertex_kernels_.to_floats(frame.position.data(), vertices, count, floats_, points, opened.box);
-    if (clock_.way) {
+    if (clock_.path) {
         FloatBox before{};
         vertex_kernels_.to_floats(frame.previous.data(), vertices, count, floats_, points + count, before);
-        opened.way = {before, opened.box};
+        opened.path = {before, opened.box};
         for (std::size_t k = 0; k < 3; ++k) {
             opened.box.low[k] = std::min(opened.box.low[k], before.low[k]);
             opened.box.high[k] = std::max(opened.box.high[k], before.high[k]);
@@ -155,17 +155,19 @@ std::int32_t ClusteredBoxes::open_group(const Frame& frame, const MovingBody& mo
     return place;
 }
 
-bool ClusteredBoxes::may_meet_on_way(std::int32_t first, std::int32_t second) const {
-    const BoxOnWay<FloatBox>& p = groups_opened_[at(first)].way;
-    return !part_of_meeting_in_float({within_reach(p.start), within_reach(p.end)}, groups_opened_[at(second)].way)
+bool ClusteredBoxes::may_meet_on_path(std::int32_t first, std::int32_t second) const {
+    const BoxOnPath<FloatBox>& p = groups_opened_[at(first)].path;
+    return !part_of_meeting_in_float({within_query_distance(p.start), within_query_distance(p.end)},
+                                     groups_opened_[at(second)].path)
                 .empty();
 }
 
-bool ClusteredBoxes::may_meet_on_way(std::int32_t first, std::size_t i, std::int32_t second, std::size_t j) const {
-    const BoxOnWay<SixteenBoxes>& p = cluster_ways_[at(first)];
-    const BoxOnWay<SixteenBoxes>& q = cluster_ways_[at(second)];
-    return !part_of_meeting_in_float({within_reach(box_of(p.start, i)), within_reach(box_of(p.end, i))},
-                                     {box_of(q.start, j), box_of(q.end, j)})
+bool ClusteredBoxes::may_meet_on_path(std::int32_t first, std::size_t i, std::int32_t second, std::size_t j) const {
+    const BoxOnPath<SixteenBoxes>& p = cluster_paths_[at(first)];
+    const BoxOnPath<SixteenBoxes>& q = cluster_paths_[at(second)];
+    return !part_of_meeting_in_float(
+                {within_query_distance(box_of(p.start, i)), within_query_distance(box_of(p.end, i))},
+                {box_of(q.start, j), box_of(q.end, j)})
                 .empty();
 }
 
@@ -182,11 +184,11 @@ void ClusteredBoxes::box_clusters(const ClusteredBody& clusters, Index group, st
         }
     };
     box_all(points, opened.clusters);
-    if (clock_.way) {
-        BoxOnWay<SixteenBoxes>& way = cluster_ways_[at(place)];
-        box_all(points + clusters.vertices_of_group.count(group), way.start);
-        way.end = opened.clusters;
-        unite(way.start, opened.clusters);
+    if (clock_.path) {
+        BoxOnPath<SixteenBoxes>& path = cluster_paths_[at(place)];
+        box_all(points + clusters.vertices_of_group.count(group), path.start);
+        path.end = opened.clusters;
+        unite(path.start, opened.clusters);
     }
     opened.with_clusters = true;
 }
@@ -201,7 +203,7 @@ void ClusteredBoxes::box_triangles(const ClusteredBody& clusters, Index group, G
     const FloatPoint* const points = points_.data() + opened.points;
     SixteenBoxes& boxes = triangle_boxes_[static_cast<std::size_t>(place)];
     kernels_.boxes_of_triangles(points, clusters.corners[cluster], boxes);
-    if (clock_.way) {
+    if (clock_.path) {
         SixteenBoxes before;
         kernels_.boxes_of_triangles(points + clusters.vertices_of_group.count(group), clusters.corners[cluster],
                                     before);

@@ -1,7 +1,7 @@
 // The float boxes that ohc_clustered's descent asks for (clustered_descent.hpp): of a region's groups, a group's
 // clusters, a cluster's triangles. A box is made when it is first asked for, "opened", and kept from tick to tick as
-// long as it stays where it was. What is held against what is not decided here. Boxes know of no reach, so that they
-// outlast a change of it: it is added to the one of two boxes that asks.
+// long as it stays where it was. What is held against what is not decided here. Boxes know of no query distance, so
+// that they outlast a change of it: it is added to the one of two boxes that asks.
 #pragma once
 
 #include <array>
@@ -19,13 +19,13 @@ namespace trocar {
 
 class ClusteredBoxes {
 public:
-    /// A group whose clusters are looked at.
+    /// A group whose clusters are examined.
     struct Group {
         SixteenBoxes clusters;
         std::array<std::int32_t, fan> triangles{};  ///< places of its clusters' triangle boxes, -1 if none
         FloatBox box;
-        BoxOnWay<FloatBox> way;  ///< swept: the box at both ends of the tick
-        std::size_t points = 0;  ///< where its vertices start in points_; swept: after them those of the frame before
+        BoxOnPath<FloatBox> path;  ///< swept: the box at both ends of the tick
+        std::size_t points = 0;    ///< where its vertices start in points_; swept: after them those of the frame before
         std::int64_t opened_at = -1;
         std::int64_t asked_at = -1;
         bool with_clusters = false;        ///< `clusters` is up to date
@@ -58,20 +58,20 @@ public:
         return result;
     }
 
-    /// A box that asks for all that come within the reach of the tick.
-    [[nodiscard]] FloatBox within_reach(const FloatBox& box) const {
-        if (reach_ == 0.0F) return box;
+    /// A box that asks for all that come within the query distance of the tick.
+    [[nodiscard]] FloatBox within_query_distance(const FloatBox& box) const {
+        if (query_distance_ == 0.0F) return box;
         FloatBox result{};
         for (std::size_t k = 0; k < 3; ++k) {
-            result.low[k] = grown_down(box.low[k], reach_);
-            result.high[k] = grown_up(box.high[k], reach_);
+            result.low[k] = grown_down(box.low[k], query_distance_);
+            result.high[k] = grown_up(box.high[k], query_distance_);
         }
         return result;
     }
-    /// Sixteen of them, in `room` where there is a reach.
-    [[nodiscard]] const SixteenBoxes& within_reach(const SixteenBoxes& boxes, SixteenBoxes& room) const {
-        if (reach_ == 0.0F) return boxes;
-        kernels_.grow(boxes, reach_, room);
+    /// Sixteen of them, in `room` where there is a query distance.
+    [[nodiscard]] const SixteenBoxes& within_query_distance(const SixteenBoxes& boxes, SixteenBoxes& room) const {
+        if (query_distance_ == 0.0F) return boxes;
+        kernels_.grow(boxes, query_distance_, room);
         return room;
     }
 
@@ -89,10 +89,10 @@ public:
     }
     /// Place of the group, with its vertices in float and their box up to date; -1 when the work would be too much.
     std::int32_t open_group(const Frame& frame, const MovingBody& moving, Index group);
-    /// False when two open groups, or their clusters i and j, never come within reach at the same time.
+    /// False when two open groups, or their clusters i and j, never come within the query distance at the same time.
     /// Precondition: swept, and for clusters that clusters_of was asked for both.
-    [[nodiscard]] bool may_meet_on_way(std::int32_t first, std::int32_t second) const;
-    [[nodiscard]] bool may_meet_on_way(std::int32_t first, std::size_t i, std::int32_t second, std::size_t j) const;
+    [[nodiscard]] bool may_meet_on_path(std::int32_t first, std::int32_t second) const;
+    [[nodiscard]] bool may_meet_on_path(std::int32_t first, std::size_t i, std::int32_t second, std::size_t j) const;
     /// Valid until the next open_group.
     [[nodiscard]] Group& group(std::int32_t place) { return groups_opened_[static_cast<std::size_t>(place)]; }
     /// Boxes of the clusters of an open group.
@@ -133,13 +133,13 @@ private:
     const ClusteredClock& clock_;
     OhcWork& work_;
     FloatFrame floats_;
-    float reach_ = 0.0F;                         ///< of the tick, in floats_
+    float query_distance_ = 0.0F;                ///< of the tick, in floats_
     std::vector<std::int32_t> place_of_region_;  ///< in regions_opened_, -1 if none
-    std::vector<std::int32_t> place_of_group_;   ///< in groups_opened_, as MovingBody::first_group tells; -1 if none
+    std::vector<std::int32_t> place_of_group_;   ///< in groups_opened_, as MovingBody::first_group reports; -1 if none
     std::vector<Region> regions_opened_;
     std::vector<Group> groups_opened_;
-    std::vector<BoxOnWay<SixteenBoxes>> cluster_ways_;  ///< swept: of each of those, its clusters at both ends
-    std::size_t groups_asked_ = 0;                      ///< of them, since the last tick began
+    std::vector<BoxOnPath<SixteenBoxes>> cluster_paths_;  ///< swept: of each of those, its clusters at both ends
+    std::size_t groups_asked_ = 0;                        ///< of them, since the last tick began
     std::vector<FloatPoint> points_;
     std::vector<SixteenBoxes> triangle_boxes_;
 };

@@ -23,18 +23,18 @@ constexpr std::int64_t bits_set(std::uint32_t bits) {
 void ClusteredDescent::pair_regions(const Frame& frame, const ClusteredRegions::Pair& pair) {
     const std::size_t known = candidates_.size();
     descend(frame, pair);
-    if (clock_.way) drop_apart(frame, known);
+    if (clock_.path) drop_apart(frame, known);
 }
 
-/// Takes back the candidates from number `known` on that are never in the same place (within reach) at the same time,
-/// or all of them when the work would be too much.
+/// Takes back the candidates from number `known` on that are never in the same place (within the query distance) at the
+/// same time, or all of them when the work would be too much.
 void ClusteredDescent::drop_apart(const Frame& frame, std::size_t known) {
     const auto fresh = candidates_.begin() + static_cast<std::ptrdiff_t>(known);
     const bool spent = !spend_box_tests(candidates_.end() - fresh);
     candidates_.erase(std::remove_if(fresh, candidates_.end(),
                                      [&](const TrianglePair& candidate) {
-                                         return spent ||
-                                                !may_meet_on_way(regions_.topology(), frame, candidate, clock_.reach);
+                                         return spent || !may_meet_on_path(regions_.topology(), frame, candidate,
+                                                                           clock_.query_distance);
                                      }),
                       candidates_.end());
 }
@@ -49,11 +49,11 @@ void ClusteredDescent::descend(const Frame& frame, const ClusteredRegions::Pair&
     const SixteenBoxes& second_groups = boxes_.groups_of(pair.second);
     if (!spend_box_tests(fan)) return;
     std::uint32_t near =
-        kernels_.overlaps(first_groups, boxes_.within_reach(boxes_.to_float(regions_.extent_of(second))));
+        kernels_.overlaps(first_groups, boxes_.within_query_distance(boxes_.to_float(regions_.extent_of(second))));
     if (!spend_box_tests(fan * bits_set(near))) return;
     SixteenRows rows;
     SixteenBoxes room;
-    kernels_.rows(boxes_.within_reach(first_groups, room), near, second_groups, rows);
+    kernels_.rows(boxes_.within_query_distance(first_groups, room), near, second_groups, rows);
     for (; near != 0; near &= near - 1) {
         const auto i = static_cast<std::size_t>(std::countr_zero(near));
         std::uint32_t row = rows[i];
@@ -83,7 +83,7 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
     if (!spend_box_tests(fan)) return false;
     const auto clear_of = [&](const FloatBox& box) {
         return kernels_.overlaps(boxes_.clusters_of(first.moving.clusters, first.number, place),
-                                 boxes_.within_reach(box)) == 0;
+                                 boxes_.within_query_distance(box)) == 0;
     };
     if (clear_of(second.box)) return true;
     const std::int32_t other_place = boxes_.open_group(frame, second.moving, second.number);
@@ -91,9 +91,9 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
     // Its vertices make a tighter box than its blocks.
     if (!spend_box_tests(fan)) return false;
     if (clear_of(boxes_.group(other_place).box)) return true;
-    if (clock_.way) {
+    if (clock_.path) {
         if (!spend_box_tests(1)) return false;
-        if (!boxes_.may_meet_on_way(place, other_place)) return true;
+        if (!boxes_.may_meet_on_path(place, other_place)) return true;
     }
 
     const std::int32_t p_place = p_first ? place : other_place;
@@ -103,18 +103,18 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
     if (!spend_box_tests(fan)) return false;
     const SixteenBoxes& p_clusters = boxes_.clusters_of(p.moving.clusters, p.number, p_place);
     const SixteenBoxes& q_clusters = boxes_.clusters_of(q.moving.clusters, q.number, q_place);
-    std::uint32_t near = kernels_.overlaps(p_clusters, boxes_.within_reach(q_open.box));
+    std::uint32_t near = kernels_.overlaps(p_clusters, boxes_.within_query_distance(q_open.box));
     if (!spend_box_tests(fan * bits_set(near))) return false;
     SixteenRows rows;
     SixteenBoxes room;
-    kernels_.rows(boxes_.within_reach(p_clusters, room), near, q_clusters, rows);
+    kernels_.rows(boxes_.within_query_distance(p_clusters, room), near, q_clusters, rows);
     for (; near != 0; near &= near - 1) {
         const auto i = static_cast<std::size_t>(std::countr_zero(near));
         for (std::uint32_t row = rows[i]; row != 0; row &= row - 1) {
             const auto j = static_cast<std::size_t>(std::countr_zero(row));
-            if (clock_.way) {
+            if (clock_.path) {
                 if (!spend_box_tests(1)) return false;
-                if (!boxes_.may_meet_on_way(p_place, i, q_place, j)) continue;
+                if (!boxes_.may_meet_on_path(p_place, i, q_place, j)) continue;
             }
             if (!pair_clusters({p.moving.clusters, p.number, p_open, i}, {q.moving.clusters, q.number, q_open, j})) {
                 return false;
@@ -134,13 +134,14 @@ bool ClusteredDescent::pair_clusters(const ClusterRef& p, const ClusterRef& q) {
     if (!spend_box_tests(fan)) return false;
     const std::size_t first_cluster = static_cast<std::size_t>(p.group) * fan + p.number;
     const std::size_t second_cluster = static_cast<std::size_t>(q.group) * fan + q.number;
-    std::uint32_t near = kernels_.overlaps(first_boxes, boxes_.within_reach(box_of(q.opened.clusters, q.number)));
+    std::uint32_t near =
+        kernels_.overlaps(first_boxes, boxes_.within_query_distance(box_of(q.opened.clusters, q.number)));
     if (!spend_box_tests(fan * bits_set(near))) return false;
     const Index* const first_triangle = p.clusters.triangle.data() + first_cluster * fan;
     const Index* const second_triangle = q.clusters.triangle.data() + second_cluster * fan;
     SixteenRows rows;
     SixteenBoxes room;
-    kernels_.rows(boxes_.within_reach(first_boxes, room), near, second_boxes, rows);
+    kernels_.rows(boxes_.within_query_distance(first_boxes, room), near, second_boxes, rows);
     for (; near != 0; near &= near - 1) {
         const auto s = static_cast<std::size_t>(std::countr_zero(near));
         for (std::uint32_t row = rows[s]; row != 0; row &= row - 1) {

@@ -30,9 +30,9 @@ public:
     /// No candidates yet.
     void clear() { candidates_.clear(); }
     /// Adds the candidates of two regions that meet, groups that both rest aside. Ends early when the budget is spent,
-    /// which the book of work tells.
+    /// which the book of work reports.
     void pair_regions(const Frame& frame, const ClusteredRegions::Pair& pair);
-    /// Pairs of triangles whose boxes overlap, or come within reach, each once.
+    /// Pairs of triangles whose boxes overlap, or come within the query distance, each once.
     [[nodiscard]] const std::vector<TrianglePair>& candidates() const { return candidates_; }
 
 private:

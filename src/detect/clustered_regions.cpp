@@ -73,7 +73,7 @@ ClusteredRegions::Sized ClusteredRegions::median_size() {
 
 void ClusteredRegions::follow() {
     if (!cells_are_set_) choose_cells();
-    if (std::exchange(entered_reach_, clock_.reach) != clock_.reach) {
+    if (std::exchange(entered_query_distance_, clock_.query_distance) != clock_.query_distance) {
         for (Region& region : regions_) enter(region, true);
         return;
     }
@@ -84,10 +84,10 @@ void ClusteredRegions::follow() {
     }
 }
 
-/// Gives a region that left its cells new ones, with half a cell of room on all sides. Half of the reach is around each
-/// region: two that come within it share a cell.
+/// Gives a region that left its cells new ones, with half a cell of room on all sides. Half of the query distance is
+/// around each region: two that come within it share a cell.
 void ClusteredRegions::enter(Region& region, bool anew) {
-    const Extent box = extent_of(region).grown(0.5 * clock_.reach);
+    const Extent box = extent_of(region).grown(0.5 * clock_.query_distance);
     const Vector3 low(box.low[0], box.low[1], box.low[2]);
     const Vector3 high(box.high[0], box.high[1], box.high[2]);
     const CellRange now{lattice_.cell(low), lattice_.cell(high)};
@@ -166,7 +166,7 @@ void ClusteredRegions::find_meetings() {
             continue;
         }
         if (!work_.spend(work_.counters.box_tests, 1)) return;
-        if (!extent_of(first).grown(clock_.reach).overlaps(extent_of(second))) continue;
+        if (!extent_of(first).grown(clock_.query_distance).overlaps(extent_of(second))) continue;
         meetings_.push_back(pair);
         by_size_.push_back(std::min(Sized{longest_edge(extent_of(first)), pair.first},
                                     Sized{longest_edge(extent_of(second)), pair.second}));

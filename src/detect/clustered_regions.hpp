@@ -1,6 +1,6 @@
 // Second stage of ohc_clustered's cascade: which regions may meet, over all bodies at once, with regions as primitives
 // of the thesis' three maps (cell_map.hpp). The list of pairs that share a cell is kept until a region leaves the cells
-// it was entered with. Only boxes of regions are looked at here, in double; nothing below a region is.
+// it was entered with. Only boxes of regions are examined here, in double; nothing below a region is.
 #pragma once
 
 #include <vector>
@@ -43,11 +43,11 @@ public:
     void prepare(const Topology& topology);
     /// Takes over the regions of the bodies that were built.
     void build();
-    /// Cells for the regions that the last read moved; for all when the reach is another one.
+    /// Cells for the regions that the last read moved; for all when the query distance is another one.
     void follow();
-    /// Pairs of regions that share a cell, each once. Under a budget perhaps none, which the book of work tells.
+    /// Pairs of regions that share a cell, each once. Under a budget perhaps none, which the book of work reports.
     void find_pairs();
-    /// Of those pairs, the ones whose boxes come within reach and of which at least one region moved.
+    /// Of those pairs, the ones whose boxes come within the query distance and of which at least one region moved.
     void find_meetings();
     [[nodiscard]] const std::vector<Pair>& meetings() const { return meetings_; }
     /// The median of the regions that meet, of each two the smaller one. Precondition: there are meetings.
@@ -67,12 +67,12 @@ private:
     const ClusteredBodies& bodies_;
     const ClusteredClock& clock_;
     OhcWork& work_;
-    std::vector<Region> regions_;  ///< body by body, as MovingBody::first_region tells
+    std::vector<Region> regions_;  ///< body by body, as MovingBody::first_region reports
     Lattice lattice_;
     CellMap map_;
     bool cells_are_set_ = false;
-    double entered_reach_ = 0.0;  ///< m, that the regions' cells have room for
-    bool pairs_known_ = false;    ///< no region left its cells since the list was made
+    double entered_query_distance_ = 0.0;  ///< m, that the regions' cells have room for
+    bool pairs_known_ = false;             ///< no region left its cells since the list was made
     std::vector<Pair> pairs_;
     std::vector<Pair> meetings_;
     std::vector<Sized> by_size_;  ///< what a median is taken of

@@ -30,8 +30,8 @@ struct ClusteredClock {
     static constexpr std::int64_t never = -1;
     std::int64_t now = 0;              ///< the last read
     std::int64_t answered_at = never;  ///< the read that the last pairs answer completely
-    bool way = false;                  ///< swept, and the last update's frame knows the frame before
-    double reach = 0.0;                ///< m, within which the last update is to be answered
+    bool path = false;                 ///< swept, and the last update's frame knows the frame before
+    double query_distance = 0.0;       ///< m, within which the last update is to be answered
     /// Whether what moved last at this time did so after the last answer.
     [[nodiscard]] bool moved(std::int64_t moved_at) const { return moved_at > answered_at; }
 };

@@ -57,7 +57,7 @@ struct ClusteredBody {
     Lists<Index> regions_of_block;
 };
 
-/// Clusters of one body. `frame` tells where things are at the start; it decides the order, never the answer.
+/// Clusters of one body. `frame` says where things are at the start; it decides the order, never the answer.
 ClusteredBody cluster_body(const Topology& topology, const Frame& frame, const BodyRange& range, ClusterOrder order);
 
 }  // namespace trocar

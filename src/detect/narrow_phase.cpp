@@ -64,33 +64,34 @@ void test_pairs(TriangleTest test, const Topology& topology, const Frame& frame,
     }
 }
 
-bool is_near(const Topology& topology, const Frame& frame, const TrianglePair& pair, double reach) {
-    return is_within_reach(corners(topology, frame, pair.a), corners(topology, frame, pair.b), reach);
+bool is_near(const Topology& topology, const Frame& frame, const TrianglePair& pair, double query_distance) {
+    return is_within_query_distance(corners(topology, frame, pair.a), corners(topology, frame, pair.b), query_distance);
 }
 
-std::int64_t test_pairs_within(double reach, TriangleTest test, const Topology& topology, const Frame& frame,
+std::int64_t test_pairs_within(double query_distance, TriangleTest test, const Topology& topology, const Frame& frame,
                                std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs,
                                std::vector<TrianglePair>& near, const TriangleFilter& filter) {
-    if (reach == 0.0) {
+    if (query_distance == 0.0) {
         test_pairs(test, topology, frame, candidates, pairs, filter);
         return 0;
     }
     std::int64_t asked = 0;
     if (test == TriangleTest::exact) {
-        const auto reach_in_float = static_cast<float>(reach);
-        test_exactly(topology, frame, candidates, pairs, filter,
-                     [&](std::span<const TrianglePair> run, const TriangleBatch& batch, std::uint64_t meet) {
-                         const std::uint64_t all = ~std::uint64_t{0} >> (TriangleBatch::most - run.size());
-                         const std::uint64_t apart = all & ~meet;
-                         asked += std::popcount(apart);
-                         const NearVerdicts verdicts = filter.decide_near(batch, apart, reach_in_float);
-                         for (std::uint64_t rest = verdicts.near | verdicts.undecided; rest != 0; rest &= rest - 1) {
-                             const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
-                             if (((verdicts.near >> lane) & 1U) != 0 || is_near(topology, frame, run[lane], reach)) {
-                                 near.push_back(run[lane]);
-                             }
-                         }
-                     });
+        const auto query_distance_in_float = static_cast<float>(query_distance);
+        test_exactly(
+            topology, frame, candidates, pairs, filter,
+            [&](std::span<const TrianglePair> run, const TriangleBatch& batch, std::uint64_t meet) {
+                const std::uint64_t all = ~std::uint64_t{0} >> (TriangleBatch::most - run.size());
+                const std::uint64_t apart = all & ~meet;
+                asked += std::popcount(apart);
+                const NearVerdicts verdicts = filter.decide_near(batch, apart, query_distance_in_float);
+                for (std::uint64_t rest = verdicts.near | verdicts.undecided; rest != 0; rest &= rest - 1) {
+                    const auto lane = static_cast<std::size_t>(std::countr_zero(rest));
+                    if (((verdicts.near >> lane) & 1U) != 0 || is_near(topology, frame, run[lane], query_distance)) {
+                        near.push_back(run[lane]);
+                    }
+                }
+            });
         return asked;
     }
     for (const TrianglePair& pair : candidates) {
@@ -99,7 +100,7 @@ std::int64_t test_pairs_within(double reach, TriangleTest test, const Topology& 
             continue;
         }
         ++asked;
-        if (is_near(topology, frame, pair, reach)) near.push_back(pair);
+        if (is_near(topology, frame, pair, query_distance)) near.push_back(pair);
     }
     return asked;
 }

@@ -1,5 +1,5 @@
-// The last step of our detectors: which of the candidate pairs really intersect, or are within reach. Kept apart from
-// the cascades so that both decide with the same test and a study can swap it.
+// The last step of our detectors: which of the candidate pairs really intersect, or are within the query distance. Kept
+// apart from the cascades so that both decide with the same test and a study can swap it.
 #pragma once
 
 #include <cstdint>
@@ -25,14 +25,14 @@ void test_pairs(TriangleTest test, const Topology& topology, const Frame& frame,
                 std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs,
                 const TriangleFilter& filter = triangle_filters().front());
 
-/// As above, and appends those of the others that are at most `reach` (m) apart to `near`. Returns how many were asked
-/// for their distance: at reach 0 none.
-std::int64_t test_pairs_within(double reach, TriangleTest test, const Topology& topology, const Frame& frame,
+/// As above, and appends those of the others that are at most `query_distance` (m) apart to `proximity`. Returns how
+/// many were asked for their distance: at reach 0 none.
+std::int64_t test_pairs_within(double query_distance, TriangleTest test, const Topology& topology, const Frame& frame,
                                std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs,
                                std::vector<TrianglePair>& near,
                                const TriangleFilter& filter = triangle_filters().front());
 
-/// Whether two triangles that do not meet are at most `reach` (m) apart.
-bool is_near(const Topology& topology, const Frame& frame, const TrianglePair& pair, double reach);
+/// Whether two triangles that do not meet are at most `query_distance` (m) apart.
+bool is_near(const Topology& topology, const Frame& frame, const TrianglePair& pair, double query_distance);
 
 }  // namespace trocar

@@ -1,13 +1,14 @@
 // Compiled once per instruction set by Highway, which includes this file again for each of them.
 //
 // The closest points of two triangles that do not meet lie on a corner and a face or on two edges (15 pairs of
-// features, as in geometry/triangle_distance.cpp). They are looked for in float, by formulas that may be as wrong as
+// features, as in geometry/triangle_distance.cpp). They are searched for in float, by formulas that may be as wrong as
 // they like:
 //   near  one point of each triangle has been found, by weights that are not negative and sum to 1, at a distance that
-//         is at most the reach when all that rounding can have done is added;
-//   far   along some axis the shadows of the triangles are further apart than the reach when all that is taken off:
+//         is at most the query distance when all that rounding can have done is added;
+//   far   along some axis the shadows of the triangles are further apart than the query distance when all that is taken
+//   off:
 //         the normals of the two triangles first, then the line between the closest points that were found.
-// Right closest points prove one or the other unless the distance is within the error bound of the reach.
+// Right closest points prove one or the other unless the distance is within the error bound of the query distance.
 //
 // Error bounds, with e = 2^-24, S the sum of the largest magnitudes E1 in u1 v1, E2 in u2 v2, m in w:
 //   A shadow's place is a dot product of an axis n with a sum of two rounded differences. Rounded factors cost 1.001 e,
@@ -16,7 +17,7 @@
 //   reach that is 2^-19 larger are more. A point is a corner plus weights times edges, of at most m + E1, E2 and 2 E1,
 //   2 E2: a sum of magnitudes of at most 3 S per axis, with five roundings and rounded differences 18.1 e S, over three
 //   axes 32 e S. Weights that sum to 1 + 3 e are 3 e sqrt(3) S beside the triangle, the length rounds by 3 e of at most
-//   3 sqrt(3) S: 64 e S is more, with a reach that is 2^-19 smaller.
+//   3 sqrt(3) S: 64 e S is more, with a query distance that is 2^-19 smaller.
 // Underflow: as in triangle_filter.cpp, with magnitudes of at least 2^-30 and axes of at least that length. Overflow
 // makes infinities and NaN, which prove nothing.
 #include "detect/near_filter.hpp"
@@ -54,11 +55,11 @@ struct Lanes {
     Vectors u2;
     Vectors v2;
     Vectors w;
-    Float size;   ///< S
-    Float reach;  ///< 2^-19 larger than asked
+    Float size;            ///< S
+    Float query_distance;  ///< 2^-19 larger than asked
 };
 
-/// Whether the shadows on an axis are surely further apart than the reach.
+/// Whether the shadows on an axis are surely further apart than the query distance.
 HWY_INLINE Mask parted(const Lanes& t, const Vectors& axis) {
     const Floats d;
     const Float a0 = dot(axis, t.w);
@@ -70,20 +71,21 @@ HWY_INLINE Mask parted(const Lanes& t, const Vectors& axis) {
     const Float above = hn::Sub(hn::Min(hn::Min(a0, a1), a2), hn::Max(hn::Max(zero, b1), b2));
     const Float below = hn::Sub(hn::Min(hn::Min(zero, b1), b2), hn::Max(hn::Max(a0, a1), a2));
     const Float square = dot(axis, axis);
-    const Float bound = hn::Mul(hn::Add(t.reach, hn::Mul(hn::Set(d, 20.0F * 0x1p-24F), t.size)), hn::Sqrt(square));
+    const Float bound =
+        hn::Mul(hn::Add(t.query_distance, hn::Mul(hn::Set(d, 20.0F * 0x1p-24F), t.size)), hn::Sqrt(square));
     return hn::And(hn::Or(hn::Gt(above, bound), hn::Gt(below, bound)), hn::Ge(square, hn::Set(d, 0x1p-60F)));
 }
 
 /// The shortest way from the second triangle to the first that was found so far.
 struct Shortest {
     Float square;
-    Vectors way;
+    Vectors path;
     HWY_INLINE void take(Mask counts, const Vectors& other) {
         const Float here = dot(other, other);
         const Mask shorter = hn::And(counts, hn::Lt(here, square));
         square = hn::IfThenElse(shorter, here, square);
-        way = {hn::IfThenElse(shorter, other.x, way.x), hn::IfThenElse(shorter, other.y, way.y),
-               hn::IfThenElse(shorter, other.z, way.z)};
+        path = {hn::IfThenElse(shorter, other.x, path.x), hn::IfThenElse(shorter, other.y, path.y),
+                hn::IfThenElse(shorter, other.z, path.z)};
     }
 };
 
@@ -102,8 +104,8 @@ HWY_INLINE void take_feet(const Vectors& u, const Vectors& v, const Vectors (&po
         const Float s = hn::Sub(hn::Mul(vv, pu), hn::Mul(uv, pv));
         const Float t = hn::Sub(hn::Mul(uu, pv), hn::Mul(uv, pu));
         const Mask inside = hn::And(hn::And(hn::Ge(s, zero), hn::Ge(t, zero)), hn::Le(hn::Add(s, t), square));
-        const Vectors way = subtract(point, add(times(hn::Mul(s, inverse), u), times(hn::Mul(t, inverse), v)));
-        shortest.take(inside, to_first ? way : negative(way));
+        const Vectors path = subtract(point, add(times(hn::Mul(s, inverse), u), times(hn::Mul(t, inverse), v)));
+        shortest.take(inside, to_first ? path : negative(path));
     }
 }
 
@@ -141,8 +143,8 @@ HWY_INLINE void take_edges(const Lanes& t, const Vectors (&p)[3], const Vectors 
 }
 
 /// Verdicts of the lanes from pair `from` on, of which those in `asked` are wanted.
-HWY_INLINE void decide_near_lanes(const TriangleBatch& batch, std::size_t from, std::uint64_t asked, float reach,
-                                  std::uint64_t& near, std::uint64_t& far) {
+HWY_INLINE void decide_near_lanes(const TriangleBatch& batch, std::size_t from, std::uint64_t asked,
+                                  float query_distance, std::uint64_t& near, std::uint64_t& far) {
     const Floats d;
     Lanes t{load(batch.u1, from),
             load(batch.v1, from),
@@ -150,7 +152,7 @@ HWY_INLINE void decide_near_lanes(const TriangleBatch& batch, std::size_t from, 
             load(batch.v2, from),
             load(batch.w, from),
             hn::Zero(d),
-            hn::Set(d, reach * (1.0F + 0x1p-19F))};
+            hn::Set(d, query_distance * (1.0F + 0x1p-19F))};
     const Float e1 = hn::Max(largest(t.u1), largest(t.v1));
     const Float e2 = hn::Max(largest(t.u2), largest(t.v2));
     const Float m = largest(t.w);
@@ -167,12 +169,13 @@ HWY_INLINE void decide_near_lanes(const TriangleBatch& batch, std::size_t from, 
     take_edges(t, p, q, shortest);
     take_feet<true>(t.u2, t.v2, p, shortest);
     take_feet<false>(t.u1, t.v1, from_first, shortest);
-    const Float least = hn::Sub(hn::Set(d, reach * (1.0F - 0x1p-19F)), hn::Mul(hn::Set(d, 64.0F * 0x1p-24F), t.size));
+    const Float least =
+        hn::Sub(hn::Set(d, query_distance * (1.0F - 0x1p-19F)), hn::Mul(hn::Set(d, 64.0F * 0x1p-24F), t.size));
     near = bits_of(hn::And(in_range, hn::Le(hn::Sqrt(shortest.square), least)));
-    far |= bits_of(hn::And(in_range, parted(t, shortest.way)));
+    far |= bits_of(hn::And(in_range, parted(t, shortest.path)));
 }
 
-NearVerdicts decide_near(const TriangleBatch& batch, std::uint64_t asked, float reach) {
+NearVerdicts decide_near(const TriangleBatch& batch, std::uint64_t asked, float query_distance) {
     const std::size_t lanes = hn::Lanes(Floats());
     const std::uint64_t all = (std::uint64_t{1} << lanes) - 1;
     NearVerdicts verdicts;
@@ -182,7 +185,7 @@ NearVerdicts decide_near(const TriangleBatch& batch, std::uint64_t asked, float 
         if (asked_here == 0) continue;
         std::uint64_t near = 0;
         std::uint64_t far = 0;
-        decide_near_lanes(batch, from, asked_here, reach, near, far);
+        decide_near_lanes(batch, from, asked_here, query_distance, near, far);
         verdicts.near |= near << from;
         far_of_all |= far << from;
     }

@@ -1,5 +1,5 @@
-// The part of the triangle filter that tells near pairs: which surely come within reach and which surely do not, many
-// at once in float. Neither is taken from how closest points were found, but proved by what was found.
+// The part of the triangle filter that reports near pairs: which surely come within the query distance and which surely
+// do not, many at once in float. Neither is taken from how closest points were found, but proved by what was found.
 #pragma once
 
 #include <string_view>

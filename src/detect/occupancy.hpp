@@ -35,7 +35,7 @@ public:
     /// triangles of a group.
     void start(const Lattice& lattice, const CellRange& range, double around = 0.0);
     /// By how many cells a vertex must be spread for the cells of its triangles, with `around` (m) around them; more
-    /// than most_spread where vertices tell too little.
+    /// than most_spread where vertices report too little.
     [[nodiscard]] int spread_for(double around) const { return 1 + cells_within(around, window_.shift); }
     static constexpr int most_spread = 4;
     /// Finds the codes of vertices.
@@ -53,8 +53,8 @@ public:
     bool share(const CellRange& range);
 
     /// Prepares marks on vertices within so many cells of a cell of any group merged so far; of two of them.
-    void look_for_any(int cells) { spread(once_, everything(), cells); }
-    void look_for_shared(int cells) { spread(twice_, everything(), cells); }
+    void search_for_any(int cells) { spread(once_, everything(), cells); }
+    void search_for_shared(int cells) { spread(twice_, everything(), cells); }
     /// Marks the vertices near such cells.
     void mark(Range vertices);
     /// Appends the triangles among `triangles` that are marked or have corners more than a cell apart. `corners` are

@@ -5,7 +5,7 @@
 //
 //   boxes of bodies  where can bodies meet at all: the parts that their boxes have in common; the cells there are the
 //                    window of this tick (ohc_bodies.hpp, ohc_meeting.hpp)
-//   occupancy        per group one bit per cell of the window, from the vertices; a triangle is ruled out by a look at
+//   occupancy        per group one bit per cell of the window, from the vertices; a triangle is ruled out by a examine
 //                    three numbers, one per corner. Nearly all triangles end here; of the others those that reach into
 //                    no such part
 //   shared cells     the same bits again for the triangles left, with the cells that they really cover
@@ -15,10 +15,10 @@
 //                    (ohc_maps.hpp)                                                                          [detect]
 //   triangles        the exact test (narrow_phase.hpp), with swept=on the continuous one, too (swept.hpp)
 //
-// Why no pair is missed: lattice.hpp; within a reach every box, range of cells and box test is that of the same grown
-// triangle (ohc_bodies.hpp: which of two is grown).  Triangles that span very many cells are cut into pieces for
-// marking and hashing only (triangle_cells.hpp); those that would need more pieces than a plain look at every other
-// triangle costs are looked at in that plain way.
+// Why no pair is missed: lattice.hpp; within a query distance every box, range of cells and box test is that of the
+// same grown triangle (ohc_bodies.hpp: which of two is grown).  Triangles that span very many cells are cut into pieces
+// for marking and hashing only (triangle_cells.hpp); those that would need more pieces than a plain examine every other
+// triangle costs are examined in that plain way.
 //
 // Nothing is remembered from tick to tick, but under limits: then the pairs of the tick before are tested first, what
 // concerns an instrument next, all else last (ohc_limits.hpp).
@@ -60,9 +60,9 @@ public:
         sorted_.reserve(room);
     }
 
-    void update(const Frame& frame, double reach) override {
+    void update(const Frame& frame, double query_distance) override {
         work_.start();
-        if (reach != bodies_.reach()) bodies_.set_reach(reach);
+        if (query_distance != bodies_.query_distance()) bodies_.set_query_distance(query_distance);
         find_shared(frame);
         after_update_ = work_;
     }
@@ -70,7 +70,7 @@ public:
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         if (!answerable_ && !check_frame(*topology_, frame, contacts)) return;
-        contacts.reach = bodies_.reach();
+        contacts.query_distance = bodies_.query_distance();
         work_ = after_update_;
         if (settings_.limited()) {
             limits_.detect(frame, candidates_, contacts);
@@ -88,9 +88,9 @@ private:
     /// The levels of update.
     void find_shared(const Frame& frame) {
         occupancy_.clear();
-        bodies_.cells().set_way(false);
+        bodies_.cells().set_path(false);
         answerable_ = bodies_.read_boxes(frame);
-        const std::int64_t to_read = topology_->vertex_count * std::int64_t{bodies_.cells().way() ? 2 : 1};
+        const std::int64_t to_read = topology_->vertex_count * std::int64_t{bodies_.cells().path() ? 2 : 1};
         if (!answerable_ || bodies_.groups().size() < 2) return;
         if (!work_.spend(work_.counters.vertices_read, to_read)) return;
         if (!bodies_.has_cell()) bodies_.choose_cell(frame);
@@ -106,17 +106,17 @@ private:
             OhcMaps::any_bodies, [] { return true; }, candidates_);
         maps_.gather_huge(frame, OhcMaps::any_bodies, candidates_);
         candidates_.settle();
-        if (bodies_.cells().way()) {
+        if (bodies_.cells().path()) {
             work_.counters.box_tests += static_cast<std::int64_t>(candidates_.once.size());
             std::erase_if(candidates_.once, [&](const TrianglePair& pair) {
-                return !may_meet_on_way(*topology_, frame, pair, bodies_.reach());
+                return !may_meet_on_path(*topology_, frame, pair, bodies_.query_distance());
             });
         }
         const auto tests = static_cast<std::int64_t>(candidates_.once.size());
         work_.counters.triangle_tests += tests;
-        work_.counters.triangle_tests += test_pairs_within(bodies_.reach(), settings_.test, *topology_, frame,
+        work_.counters.triangle_tests += test_pairs_within(bodies_.query_distance(), settings_.test, *topology_, frame,
                                                            candidates_.once, contacts.pairs, contacts.near);
-        if (!bodies_.cells().way()) return;
+        if (!bodies_.cells().path()) return;
         work_.counters.triangle_tests += tests;
         test_swept(*topology_, frame, candidates_.once, contacts.swept);
     }
@@ -143,7 +143,7 @@ DetectorEntry ohc_detector() {
         .configuration = "double precision cells and boxes; exact triangle test; one thread",
         .own = true,
         .claims_exact = true,
-        .reach = true,
+        .query_distance = true,
         .parameters =
             {{.name = "cell",
               .unit = "m",
@@ -169,7 +169,7 @@ DetectorEntry ohc_detector() {
               .unit = "m",
               .default_value = "0",
               .minimum = 0.0,
-              .meaning = "added around every triangle while looking for candidates; never part of the answer"},
+              .meaning = "added around every triangle while searching for candidates; never part of the answer"},
              test_parameter(),
              swept_parameter(),
              max_pairs_parameter(),

@@ -47,7 +47,7 @@ void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
     wide_boxes_.resize(bodies);
     meeting_.prepare(bodies);
     cells_.prepare(topology, settings_.margin);
-    reach_ = 0.0;
+    query_distance_ = 0.0;
     cell_edge_ = 0.0;
     choose_cell(frame);
 }
@@ -68,11 +68,11 @@ void OhcBodies::make_groups() {
     }
 }
 
-void OhcBodies::set_reach(double reach) {
-    reach_ = reach;
+void OhcBodies::set_query_distance(double query_distance) {
+    query_distance_ = query_distance;
     for (const Group& group : groups_) {
         const bool first_of_two = groups_.size() == 2 && &group == &groups_.front();
-        const double growth = first_of_two ? reach : groups_.size() == 2 ? 0.0 : 0.5 * reach;
+        const double growth = first_of_two ? query_distance : groups_.size() == 2 ? 0.0 : 0.5 * query_distance;
         for (std::size_t k = group.first_body; k < group.end_body; ++k) cells_.grow(order_[k], growth);
     }
 }
@@ -119,8 +119,8 @@ double OhcBodies::edge_length(const Frame& frame, Range triangles) const {
 
 bool OhcBodies::read_boxes(const Frame& frame) {
     if (frame.position.cols() != topology_->vertex_count) return false;
-    cells_.set_way(settings_.swept && has_way(*topology_, frame));
-    ways_.assign(cells_.way() ? boxes_.size() : 0, {});
+    cells_.set_path(settings_.swept && has_path(*topology_, frame));
+    paths_.assign(cells_.path() ? boxes_.size() : 0, {});
     bool finite = true;
     for (std::size_t number = 0; number < boxes_.size(); ++number) {
         const Range vertices = topology_->bodies[number].vertices;
@@ -128,42 +128,42 @@ bool OhcBodies::read_boxes(const Frame& frame) {
         if (vertices.count == 0) continue;
         const std::size_t first = 3 * at(vertices.first);
         finite &= kernels_.box_of_run(frame.position.data() + first, vertices.count, boxes_[number]);
-        if (cells_.way()) {
-            BoxOnWay<Extent>& way = ways_[number];
-            finite &= kernels_.box_of_run(frame.previous.data() + first, vertices.count, way.start);
-            way.end = boxes_[number];
-            boxes_[number].add(way.start);
+        if (cells_.path()) {
+            BoxOnPath<Extent>& path = paths_[number];
+            finite &= kernels_.box_of_run(frame.previous.data() + first, vertices.count, path.start);
+            path.end = boxes_[number];
+            boxes_[number].add(path.start);
         }
     }
-    if (finite && cells_.way()) find_parts();
+    if (finite && cells_.path()) find_parts();
     return finite;
 }
 
-/// Of bodies that go far: which part of their way passes others within reach. The hull of it, and for all others the
-/// whole way.
+/// Of bodies that go far: which part of their way passes others within the query distance. The hull of it, and for all
+/// others the whole way.
 void OhcBodies::find_parts() {
     constexpr double far = 2.0;  // times their own size
-    parts_.assign(ways_.size(), {});
+    parts_.assign(paths_.size(), {});
     for (const Index body : order_) {
-        const BoxOnWay<Extent>& way = ways_[at(body)];
+        const BoxOnPath<Extent>& path = paths_[at(body)];
         double size = 0.0;
         double length = 0.0;
         for (std::size_t k = 0; k < 3; ++k) {
-            size = std::max(size, way.end.high[k] - way.end.low[k]);
-            length = std::max(length, std::abs(way.end.low[k] - way.start.low[k]));
+            size = std::max(size, path.end.high[k] - path.end.low[k]);
+            length = std::max(length, std::abs(path.end.low[k] - path.start.low[k]));
         }
         if (length <= far * size) continue;
-        const BoxOnWay<Extent> near{way.start.grown(reach_), way.end.grown(reach_)};
+        const BoxOnPath<Extent> near{path.start.grown(query_distance_), path.end.grown(query_distance_)};
         TickPart hull{1.0, 0.0};
         for (const Index other : order_) {
             if (other == body || !may_hit(body, other)) continue;
-            const TickPart part = part_of_meeting(near, ways_[at(other)]);
+            const TickPart part = part_of_meeting(near, paths_[at(other)]);
             if (part.empty()) continue;
             hull = {std::min(hull.first, part.first), std::max(hull.last, part.last)};
         }
         parts_[at(body)] = hull.empty() ? TickPart{0.0, 0.0} : hull;
     }
-    cells_.set_way(true, parts_);
+    cells_.set_path(true, parts_);
 }
 
 CellRange OhcBodies::place_groups() {

@@ -1,5 +1,5 @@
 // First level of ohc's cascade: which bodies may meet which, how large a cell is, and where bodies can meet at all,
-// judged by the boxes of whole bodies. No triangle is looked at here, except once for the size of a cell.
+// judged by the boxes of whole bodies. No triangle is examined here, except once for the size of a cell.
 #pragma once
 
 #include <cstdint>
@@ -48,10 +48,10 @@ public:
     [[nodiscard]] Index body_of(Index triangle) const { return topology_->body_of_triangle[at(triangle)]; }
     [[nodiscard]] const BodyRange& body(Index number) const { return topology_->bodies[at(number)]; }
 
-    /// reach: m, within which pairs are looked for from now on. It is added around the triangles of one of two groups,
-    /// the one with fewer of them; where there are more groups, half of it around all.
-    void set_reach(double reach);
-    [[nodiscard]] double reach() const { return reach_; }
+    /// reach: m, within which pairs are searched for from now on. It is added around the triangles of one of two
+    /// groups, the one with fewer of them; where there are more groups, half of it around all.
+    void set_query_distance(double query_distance);
+    [[nodiscard]] double query_distance() const { return query_distance_; }
     /// m, around the triangles of a group.
     [[nodiscard]] double around(const Group& group) const { return cells_.around(order_[group.first_body]); }
 
@@ -91,13 +91,13 @@ private:
     std::vector<Group> groups_;
     std::vector<std::uint64_t> collide_;
     std::size_t words_ = 1;
-    std::vector<Extent> boxes_;           ///< per body, m
-    std::vector<BoxOnWay<Extent>> ways_;  ///< per body, where the way counts
-    std::vector<TickPart> parts_;         ///< per body: when it may meet another
-    std::vector<Extent> wide_boxes_;      ///< with what is around their triangles, as triangles' boxes have it
+    std::vector<Extent> boxes_;             ///< per body, m
+    std::vector<BoxOnPath<Extent>> paths_;  ///< per body, where the way counts
+    std::vector<TickPart> parts_;           ///< per body: when it may meet another
+    std::vector<Extent> wide_boxes_;        ///< with what is around their triangles, as triangles' boxes have it
     MeetingBoxes meeting_;
-    double cell_edge_ = 0.0;  ///< m; 0: not chosen yet
-    double reach_ = 0.0;      ///< m
+    double cell_edge_ = 0.0;       ///< m; 0: not chosen yet
+    double query_distance_ = 0.0;  ///< m
     TriangleCells cells_;
 };
 

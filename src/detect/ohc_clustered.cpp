@@ -1,5 +1,5 @@
 // ohc_clustered: the cascade of ohc for meshes whose topology stays. Most of a tick of ohc goes into asking every
-// triangle where it is; here only vertices are read, in a stream, and triangles are looked at where something else is
+// triangle where it is; here only vertices are read, in a stream, and triangles are examined where something else is
 // near. Each level holds sixteen of the next, fixed at the start and compact in space (clusters.hpp). A tick is a
 // cascade, each level passing on only what it could not rule out; here is only in which order the levels follow each
 // other, and what the detector can be asked for:
@@ -20,9 +20,9 @@
 //
 // Nothing is lost on the way: each box encloses what it stands for, cell numbers (lattice.hpp) and floats
 // (cluster_kernels.hpp) are monotone functions of coordinates, so that what overlaps keeps overlapping. Pairs of groups
-// of which neither moved are not looked at: their triangle pairs are those of the tick before. Within a reach the box
-// that asks has it on all sides, the boxes themselves know of none, and an answer is taken over while the reach stays.
-// With swept=on every box holds both ends of the tick, and all of it is made anew in every tick.
+// of which neither moved are not examined: their triangle pairs are those of the tick before. Within a reach the box
+// that asks has it on all sides, the boxes themselves know of none, and an answer is taken over while the query
+// distance stays. With swept=on every box holds both ends of the tick, and all of it is made anew in every tick.
 #include <memory>
 #include <string>
 #include <utility>
@@ -57,15 +57,16 @@ public:
         bodies_.prepare(topology);
         regions_.prepare(topology);
         answer_.prepare();
-        clock_.way = false;  // the frame before belongs to another world
+        clock_.path = false;  // the frame before belongs to another world
         ready_ = false;
         if (is_answerable(topology, frame)) build(frame);
     }
 
-    void update(const Frame& frame, double reach) override {
+    void update(const Frame& frame, double query_distance) override {
         work_.start();
-        if (std::exchange(clock_.reach, reach) != reach) clock_.answered_at = ClusteredClock::never;
-        clock_.way = false;
+        if (std::exchange(clock_.query_distance, query_distance) != query_distance)
+            clock_.answered_at = ClusteredClock::never;
+        clock_.path = false;
         if (frame.position.cols() != topology_->vertex_count) {
             answerable_ = false;
             ready_ = false;
@@ -76,10 +77,10 @@ public:
             if (answerable_) build(frame);
         }
         if (ready_) {
-            clock_.way = settings_.swept && has_way(*topology_, frame);
+            clock_.path = settings_.swept && has_path(*topology_, frame);
             const bool whole = !known_ || !frame.moved || settings_.swept;
             const std::int64_t vertices = whole ? topology_->vertex_count : bodies_.ask(*frame.moved);
-            if (work_.spend(work_.counters.vertices_read, clock_.way ? 2 * vertices : vertices)) {
+            if (work_.spend(work_.counters.vertices_read, clock_.path ? 2 * vertices : vertices)) {
                 answerable_ = read(frame, whole);
                 known_ = answerable_;
             } else {
@@ -97,7 +98,7 @@ public:
             contacts.outcome = {OutcomeKind::unsupported, "detect was called with another frame than update"};
             return;
         }
-        contacts.reach = clock_.reach;
+        contacts.query_distance = clock_.query_distance;
         work_ = after_update_;
         descent_.clear();
         if (bodies_.all().size() > 1) {
@@ -174,7 +175,7 @@ DetectorEntry ohc_clustered_detector() {
             cluster_kernels().front().target,
         .own = true,
         .claims_exact = true,
-        .reach = true,
+        .query_distance = true,
         .parameters =
             {{.name = "order",
               .type = Type::choice,

@@ -17,7 +17,7 @@ void OhcLimits::prepare() {
 void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet& contacts) {
     const Topology& topology = bodies_.topology();
     tested_.clear();
-    const double reach = bodies_.reach();
+    const double query_distance = bodies_.query_distance();
     candidates.once = last_pairs_;
     candidates.once.insert(candidates.once.end(), last_near_.begin(), last_near_.end());
     candidates.repeated.clear();
@@ -27,9 +27,9 @@ void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet
         for (const TrianglePair& pair : candidates.once) {
             const auto place = std::lower_bound(tested_.begin(), tested_.end(), pair);
             if (place != tested_.end() && *place == pair) continue;
-            if (bodies_.cells().way()) {
+            if (bodies_.cells().path()) {
                 if (!work_.spend(work_.counters.box_tests, 1)) return false;
-                if (!may_meet_on_way(topology, frame, pair, reach)) continue;
+                if (!may_meet_on_path(topology, frame, pair, query_distance)) continue;
             }
             const std::size_t meeting = contacts.pairs.size();
             if (static_cast<std::int64_t>(meeting + contacts.near.size()) >= settings_.max_pairs) {
@@ -38,11 +38,11 @@ void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet
             if (work_.truncated || !work_.spend(work_.counters.triangle_tests, 1)) return false;
             tested_.insert(place, pair);
             test_pairs(settings_.test, topology, frame, {&pair, 1}, contacts.pairs);
-            if (reach > 0.0 && contacts.pairs.size() == meeting) {
+            if (query_distance > 0.0 && contacts.pairs.size() == meeting) {
                 if (!work_.spend(work_.counters.triangle_tests, 1)) return false;
-                if (is_near(topology, frame, pair, reach)) contacts.near.push_back(pair);
+                if (is_near(topology, frame, pair, query_distance)) contacts.near.push_back(pair);
             }
-            if (!bodies_.cells().way() || !either_moved(topology, frame, pair)) continue;
+            if (!bodies_.cells().path() || !either_moved(topology, frame, pair)) continue;
             if (static_cast<std::int64_t>(contacts.swept.size()) >= settings_.max_pairs) work_.truncated = true;
             if (work_.truncated || !work_.spend(work_.counters.triangle_tests, 1)) return false;
             test_swept(topology, frame, {&pair, 1}, contacts.swept);

@@ -1,5 +1,5 @@
 // Where bodies can meet at all: the parts of a body's box that it has in common with the boxes of those it may hit.
-// What lies outside all of them is in no pair, which six comparisons tell of a triangle, far more sharply than cells
+// What lies outside all of them is in no pair, which six comparisons report a triangle, far more sharply than cells
 // do.
 #pragma once
 
@@ -25,7 +25,7 @@ public:
     }
 
     /// For bodies among `bodies`; `boxes` are those of all, m, and hold every box asked about later. may_hit(a, b)
-    /// tells which pairs count. The boxes are swept along x, so that few pairs are looked at.
+    /// says which pairs count. The boxes are swept along x, so that few pairs are examined.
     template <typename MayHit>
     void find(std::span<const Index> bodies, std::span<const Extent> boxes, const MayHit& may_hit) {
         sorted_.assign(bodies.begin(), bodies.end());

@@ -43,21 +43,21 @@ void OhcOccupancy::find_near(const Frame& frame, const CellRange& meeting) {
     near_.start(bodies_.cells().lattice(), meeting, around);
     plain_ = bodies_.cells().plain() && near_.spread_for(around) <= Occupancy::most_spread;
     for (std::size_t g = 0; g < last; ++g) put_in_field(frame, groups[g]);
-    if (plain_) near_.look_for_any(spread_of(groups[last]));
+    if (plain_) near_.search_for_any(spread_of(groups[last]));
     collect(frame, last, [this](const CellRange& range) { return near_.share(range); });
     if (primitives_.empty() && groups.size() == 2) return;
-    int looked_for = 0;
+    int searched_for = 0;
     for (std::size_t g = 0; g < last; ++g) {
         if (!near_.any_shared(groups[g].range)) continue;
-        if (plain_ && std::exchange(looked_for, spread_of(groups[g])) != spread_of(groups[g])) {
-            near_.look_for_shared(spread_of(groups[g]));
+        if (plain_ && std::exchange(searched_for, spread_of(groups[g])) != spread_of(groups[g])) {
+            near_.search_for_shared(spread_of(groups[g]));
         }
         collect(frame, g, [this](const CellRange& range) { return near_.any_shared(range); });
     }
 }
 
-/// All vertices of the group, and those of its triangles that reach further than one cell from them and may meet
-/// others.
+/// All vertices of the group, and those of its triangles that query distance further than one cell from them and may
+/// meet others.
 void OhcOccupancy::put_in_field(const Frame& frame, const Group& group) {
     const TriangleCells& cells = bodies_.cells();
     found_.clear();
@@ -84,8 +84,8 @@ void OhcOccupancy::put_in_field(const Frame& frame, const Group& group) {
     near_.merge(group.range, plain_ ? spread_of(group) : 0);
 }
 
-/// The group's triangles that cannot be ruled out by a look at their vertices, that reach where others are, and of
-/// which `is_shared` tells that one of their cells is shared.
+/// The group's triangles that cannot be ruled out by a examine their vertices, that query distance where others are,
+/// and of which `is_shared` reports that one of their cells is shared.
 template <typename IsShared>
 void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared& is_shared) {
     const TriangleCells& cells = bodies_.cells();
@@ -102,7 +102,7 @@ void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared
         near_.mark(body.vertices);
         const std::size_t before = found_.size();
         near_.collect(bodies_.topology().triangles.data(), body.triangles, found_);
-        // Where marks rule out little, a look at the corners costs less than a box.
+        // Where marks rule out little, a examine the corners costs less than a box.
         if (4 * (found_.size() - before) > static_cast<std::size_t>(body.triangles.count)) {
             keep_meeting(frame, body, before);
         }

@@ -21,7 +21,7 @@ public:
     void prepare(std::size_t room);
     /// No triangle lies anywhere.
     void clear();
-    /// Finds the triangles of the groups in shared cells. Precondition: place_groups told `meeting`, not empty.
+    /// Finds the triangles of the groups in shared cells. Precondition: place_groups reported `meeting`, not empty.
     void find(const Frame& frame, const CellRange& meeting);
 
     /// Triangles that share a cell, each once.
@@ -62,8 +62,8 @@ private:
     OccupancyKernels kernels_ = occupancy_kernels().front();
     Occupancy near_;                    ///< where groups may meet, judged by vertices
     Occupancy shared_;                  ///< where they do, judged by triangles
-    bool plain_ = true;                 ///< a look at vertices tells enough in this tick
-    std::vector<Index> found_;          ///< triangles that a look at their vertices did not rule out
+    bool plain_ = true;                 ///< a examine vertices reports enough in this tick
+    std::vector<Index> found_;          ///< triangles that a examine their vertices did not rule out
     std::vector<std::uint32_t> sides_;  ///< per vertex, as in box_sides; of the body at hand
     std::vector<Index> huge_;
     std::vector<Primitive> primitives_;

@@ -38,7 +38,7 @@ struct OhcWork {
         counter += amount;
         return true;
     }
-    /// Under a budget: whether one more range of cells can be looked at.
+    /// Under a budget: whether one more range of cells can be examined.
     bool afford(const CellRange& range) {
         if (budget == SharedSettings::no_limit) return true;
         if (range.cell_count() <= static_cast<double>(budget - counters.work())) return !truncated;

@@ -42,13 +42,14 @@ inline Parameter work_budget_parameter() {
             .words = {"none"}};
 }
 
-/// Whether contacts that begin between two frames are told (swept.hpp).
+/// Whether contacts that begin between two frames are reported (swept.hpp).
 inline Parameter swept_parameter() {
-    return {.name = "swept",
-            .type = Parameter::Type::choice,
-            .default_value = "off",
-            .choices = {"off", "on"},
-            .meaning = "also tell the pairs that begin to touch between two frames and when; never part of the pairs"};
+    return {
+        .name = "swept",
+        .type = Parameter::Type::choice,
+        .default_value = "off",
+        .choices = {"off", "on"},
+        .meaning = "also report the pairs that begin to touch between two frames and when; never part of the pairs"};
 }
 
 /// What these parameters were set to.

@@ -28,8 +28,8 @@ bool moved(const Topology& topology, const Frame& frame, Index triangle) {
     return false;
 }
 
-BoxOnWay<Extent> box_on_way(const Topology& topology, const Frame& frame, Index triangle) {
-    BoxOnWay<Extent> box;
+BoxOnPath<Extent> box_on_path(const Topology& topology, const Frame& frame, Index triangle) {
+    BoxOnPath<Extent> box;
     for (const Index v : topology.triangles.col(triangle)) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
             const double start = frame.previous(static_cast<Eigen::Index>(axis), v);
@@ -45,10 +45,10 @@ BoxOnWay<Extent> box_on_way(const Topology& topology, const Frame& frame, Index 
 
 }  // namespace
 
-bool may_meet_on_way(const Topology& topology, const Frame& frame, const TrianglePair& pair, double reach) {
-    const BoxOnWay<Extent> way = box_on_way(topology, frame, pair.a);
-    return !part_of_meeting(BoxOnWay<Extent>{way.start.grown(reach), way.end.grown(reach)},
-                            box_on_way(topology, frame, pair.b))
+bool may_meet_on_path(const Topology& topology, const Frame& frame, const TrianglePair& pair, double query_distance) {
+    const BoxOnPath<Extent> path = box_on_path(topology, frame, pair.a);
+    return !part_of_meeting(BoxOnPath<Extent>{path.start.grown(query_distance), path.end.grown(query_distance)},
+                            box_on_path(topology, frame, pair.b))
                 .empty();
 }
 
@@ -73,7 +73,7 @@ void test_swept(const Topology& topology, const Frame& frame, std::span<const Tr
     }
 }
 
-bool has_way(const Topology& topology, const Frame& frame) {
+bool has_path(const Topology& topology, const Frame& frame) {
     return frame.previous.cols() == topology.vertex_count && frame.previous.allFinite();
 }
 

@@ -1,5 +1,5 @@
 // When two things on straight ways can meet at all: at any time of a tick each lies in the box that goes linearly from
-// its box at the start to its box at the end. A tool that jumps is then looked at where it passes something, not in the
+// its box at the start to its box at the end. A tool that jumps is then examined where it passes something, not in the
 // whole box around its way.
 #pragma once
 
@@ -39,7 +39,7 @@ struct TickPart {
 
 /// A box at both ends of a tick.
 template <typename Box>
-struct BoxOnWay {
+struct BoxOnPath {
     Box start;
     Box end;
 };
@@ -47,7 +47,8 @@ struct BoxOnWay {
 /// Times at which `p` and `q` may overlap. `relative`, `absolute`: how far the boxes' numbers may be from those they
 /// stand for, at most.
 template <typename Box>
-TickPart part_of_meeting(const BoxOnWay<Box>& p, const BoxOnWay<Box>& q, double relative = 0.0, double absolute = 0.0) {
+TickPart part_of_meeting(const BoxOnPath<Box>& p, const BoxOnPath<Box>& q, double relative = 0.0,
+                         double absolute = 0.0) {
     TickPart part;
     const auto gap = [relative, absolute](double high, double low) {
         return high - low + (relative * (std::abs(high) + std::abs(low)) + absolute);

@@ -53,13 +53,13 @@ public:
     [[nodiscard]] double around(Index body) const { return around_[static_cast<std::size_t>(body)]; }
     /// way: triangles stand for all places between the frame before and this one, large ones for those within the part
     /// of the tick that counts for their body (in `parts`, which stays there).
-    void set_way(bool way, std::span<const TickPart> parts = {}) {
-        way_ = way;
+    void set_path(bool path, std::span<const TickPart> parts = {}) {
+        path_ = path;
         parts_ = parts;
     }
-    [[nodiscard]] bool way() const { return way_; }
+    [[nodiscard]] bool path() const { return path_; }
     /// A vertex stands for its position, with nothing around it but what its body was grown by.
-    [[nodiscard]] bool plain() const { return margin_ == 0.0 && !way_; }
+    [[nodiscard]] bool plain() const { return margin_ == 0.0 && !path_; }
     [[nodiscard]] Lattice& lattice() { return lattice_; }
     [[nodiscard]] const Lattice& lattice() const { return lattice_; }
 
@@ -79,7 +79,7 @@ public:
         Two low = least(least(two(a), two(b)), two(c));
         Two high = most(most(two(a), two(b)), two(c));
         Two z{least(least(a[2], b[2]), c[2]), most(most(a[2], b[2]), c[2])};
-        if (way_) {
+        if (path_) {
             for (std::size_t k = 0; k < 3; ++k) {
                 const double* const before = corner(frame.previous, k);
                 low = least(low, two(before));
@@ -147,13 +147,13 @@ private:
         const double longest = *std::max_element(opposite.begin(), opposite.end());
         cut.slabs = std::max(1.0, std::ceil(longest / 2.0));
         cut.columns = std::max(1.0, std::ceil(opposite[static_cast<std::size_t>(cut.apex)] / 2.0));
-        if (way_) {
-            double way = 0.0;
+        if (path_) {
+            double path = 0.0;
             for (int k = 0; k < 3; ++k) {
-                way = std::max(way, (frame.position.col(v(k)) - frame.previous.col(v(k))).cwiseAbs().maxCoeff());
+                path = std::max(path, (frame.position.col(v(k)) - frame.previous.col(v(k))).cwiseAbs().maxCoeff());
             }
             const TickPart part = part_of(p.body);
-            cut.steps = std::max(1.0, std::ceil((part.last - part.first) * way / lattice_.edge() / 2.0));
+            cut.steps = std::max(1.0, std::ceil((part.last - part.first) * path / lattice_.edge() / 2.0));
         }
         return cut;
     }
@@ -177,7 +177,7 @@ private:
                     position.col(v((cut.apex + 2) % 3))};
         };
         const CutTriangle here = corners_in(frame.position);
-        const CutTriangle before = way_ ? corners_in(frame.previous) : here;
+        const CutTriangle before = path_ ? corners_in(frame.previous) : here;
         // The corners of a piece are rounded; a pad of some units in the last place keeps the pieces without gaps.
         const double pad =
             around(p.body) + 16.0 * std::numeric_limits<double>::epsilon() * std::max(here.size(), before.size());
@@ -191,18 +191,18 @@ private:
             const int columns = std::max(1, static_cast<int>(std::ceil(cut.columns * (i + 1) / slabs)));
             for (int j = 0; j < columns; ++j) {
                 std::array<Vector3, 4> start;  // corners of the piece at the frame before, and the way to here
-                std::array<Vector3, 4> way;
+                std::array<Vector3, 4> path;
                 for (std::size_t k = 0; k < 4; ++k) {
                     const double s = static_cast<double>(i + static_cast<int>(k / 2)) / slabs;
                     const double t = static_cast<double>(j + static_cast<int>(k % 2)) / columns;
                     start[k] = before.point(s, t);
-                    way[k] = here.point(s, t) - start[k];
+                    path[k] = here.point(s, t) - start[k];
                 }
                 for (int step = 0; step < steps; ++step) {
                     Box box;
                     for (const int end : {step, step + 1}) {
                         const double part = counts.first + (counts.last - counts.first) * end / steps;
-                        for (std::size_t k = 0; k < 4; ++k) box.add(start[k] + part * way[k]);
+                        for (std::size_t k = 0; k < 4; ++k) box.add(start[k] + part * path[k]);
                     }
                     // No point of the triangle lies outside the cells between its corners'.
                     use(CellRange{cell_max(p.range.low, lattice_.cell(box.min - padding)),
@@ -215,7 +215,7 @@ private:
     const Topology* topology_ = nullptr;
     double margin_ = 0.0;
     std::vector<double> around_;  ///< per body
-    bool way_ = false;
+    bool path_ = false;
     std::span<const TickPart> parts_;
     Lattice lattice_;
 };

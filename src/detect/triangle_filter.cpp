@@ -2,7 +2,7 @@
 //
 // Two closed triangles meet if and only if an edge of one of them meets the other triangle (any corner of the
 // intersection lies on an edge of one and in the other; this holds for coplanar and degenerate triangles too). For an
-// edge and a triangle, orientation signs tell
+// edge and a triangle, orientation signs report
 //   meets     the edge's ends lie strictly on different sides of the triangle's plane, and the edge's line passes the
 //             triangle's three directed edges strictly on the same side;
 //   does not  the ends lie strictly on one side, or the line passes two of the three edges strictly on different sides.

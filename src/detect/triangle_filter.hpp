@@ -1,6 +1,6 @@
 // Many triangle pairs at once in float: which surely meet, which surely do not, and which must be asked exactly; of
-// those that do not, which surely come within reach (near_filter.hpp). A sign counts only when it is larger than a
-// proven error bound, so the filter never errs; it only passes on.
+// those that do not, which surely come within the query distance (near_filter.hpp). A sign counts only when it is
+// larger than a proven error bound, so the filter never errs; it only passes on.
 #pragma once
 
 #include <array>
@@ -31,14 +31,14 @@ struct TriangleVerdicts {
     std::uint64_t undecided = 0;
 };
 
-/// Of pairs that do not meet. Pairs in neither set are further apart than the reach.
+/// Of pairs that do not meet. Pairs in neither set are further apart than the query distance.
 struct NearVerdicts {
     std::uint64_t near = 0;
     std::uint64_t undecided = 0;
 };
 
-/// Decides those pairs of a batch whose bits are set in `asked`; `reach`: in the unit of the batch, > 0.
-using NearDecider = NearVerdicts (*)(const TriangleBatch& batch, std::uint64_t asked, float reach);
+/// Decides those pairs of a batch whose bits are set in `asked`; `query_distance`: in the unit of the batch, > 0.
+using NearDecider = NearVerdicts (*)(const TriangleBatch& batch, std::uint64_t asked, float query_distance);
 
 struct TriangleFilter {
     /// Fills a batch with `count` <= TriangleBatch::most pairs. `position`: x y z by vertex, m; `corners`: three

@@ -11,7 +11,7 @@
 
 namespace trocar {
 
-/// A box of three lows and three highs, m; empty until something is put in. The fourth numbers are never looked at.
+/// A box of three lows and three highs, m; empty until something is put in. The fourth numbers are never examined.
 struct alignas(64) Extent {
     static constexpr double infinity = std::numeric_limits<double>::infinity();
     std::array<double, 4> low{infinity, infinity, infinity, infinity};
@@ -44,7 +44,7 @@ struct FloatFrame {
     double scale = 1.0;                           ///< a power of two, 1/m
 };
 
-/// A point in a FloatFrame; the fourth number is never looked at.
+/// A point in a FloatFrame; the fourth number is never examined.
 struct alignas(16) FloatPoint {
     std::array<float, 4> x;
 };
@@ -60,7 +60,7 @@ struct VertexKernels {
     /// Box of `count` >= 1 consecutive points (x y z …). Returns false when a number is not finite.
     bool (*box_of_run)(const double* points, Index count, Extent& result);
     /// Box of the points with these `count` >= 1 numbers, of which none is larger than the last; `known` >= count
-    /// numbers can be looked at to foresee what will be asked next.
+    /// numbers can be examined to foresee what will be asked next.
     bool (*box_of_some)(const double* position, const Index* number, Index count, Index known, Extent& result);
     /// Boxes of `count` runs of consecutive points, of which run k goes from point begin[k] to begin[k + 1], up to the
     /// first run whose first point is first[k], bit for bit: its number is returned, `count` if there is none. Those

@@ -290,8 +290,8 @@ private:
         Json names = Json::array();
         primitive["targets"] = Json::array();
         for (auto frame = std::next(frames_.begin()); frame != frames_.end(); ++frame) {
-            const Matrix3X way = points_of(part, frame->second.position) - base;
-            primitive["targets"].push_back({{"POSITION", buffer_.add(floats_of(way), 3, true, array_buffer)}});
+            const Matrix3X path = points_of(part, frame->second.position) - base;
+            primitive["targets"].push_back({{"POSITION", buffer_.add(floats_of(path), 3, true, array_buffer)}});
             names.push_back(fmt::format("tick {}", frame->first));
         }
         mesh["weights"] = Floats(targets, 0.0F);

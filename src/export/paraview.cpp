@@ -153,11 +153,11 @@ private:
         VtkPolyData data;
         data.points = frame.position;
         data.triangles = topology_->triangles;
-        const Matrix3X& way = frame.displacement;
+        const Matrix3X& path = frame.displacement;
         data.at_points = {
             {.name = "depth", .values = frame.depth},
             {.name = "strain", .values = frame.strain},
-            {.name = "displacement", .components = 3, .values = Reals(way.data(), way.data() + way.size())},
+            {.name = "displacement", .components = 3, .values = Reals(path.data(), path.data() + path.size())},
             {.name = "body", .values = vertex_body_}};
         const std::vector<Index>& body = topology_->body_of_triangle;
         data.at_cells = {{.name = "body", .values = Whole(body.begin(), body.end())}};
@@ -183,7 +183,7 @@ private:
         Reals normal;
         Reals force;
         Reals depth;
-        Whole told;
+        Whole reported;
         Whole kind;
         Whole body;
         Whole other;
@@ -193,7 +193,7 @@ private:
             push(contact.normal, normal);
             push(contact.force, force);
             depth.push_back(std::isfinite(contact.depth) ? contact.depth : 0.0);
-            told.push_back(contact.force.allFinite() ? 1 : 0);
+            reported.push_back(contact.force.allFinite() ? 1 : 0);
             kind.push_back(static_cast<std::int32_t>(contact.kind));
             body.push_back(contact.body);
             other.push_back(contact.other);
@@ -201,7 +201,7 @@ private:
         data.at_points = {{.name = "normal", .components = 3, .values = normal},
                           {.name = "force", .components = 3, .values = force},
                           {.name = "depth", .values = depth},
-                          {.name = "force_told", .values = told},
+                          {.name = "force_reported", .values = reported},
                           {.name = "kind", .values = kind},
                           {.name = "body", .values = body},
                           {.name = "other", .values = other}};

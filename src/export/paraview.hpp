@@ -11,8 +11,8 @@ namespace trocar {
 /// at the vertices `depth` (m), `strain` (1), `displacement` (m) and `body` as PlayedFrame has them, all bodies'
 /// triangles, `body` once more on these; as field data the names of the bodies, and of every instrument its body and
 /// the force (N) and moment about its tip (N m) on it. Contacts: a vertex each with `normal`, `force` (N on `body`),
-/// `depth` (m), `kind`, `body` and `other` (-1: not told); what is not told is 0, and `force_told` tells which forces
-/// are; as field data the names of kinds and bodies.
+/// `depth` (m), `kind`, `body` and `other` (-1: not reported); what is not reported is 0, and `force_reported` says
+/// which forces are; as field data the names of kinds and bodies.
 std::unique_ptr<Exporter> paraview_exporter(const Topology& topology, const std::string& name,
                                             const std::filesystem::path& folder);
 

@@ -1,5 +1,5 @@
 // Neutral candidates: all pairs of triangles whose closed bounding boxes overlap, by sweep along one axis. Used by
-// truth and by narrow-phase-only rivals, so that neither depends on a contestant.
+// truth and by narrow-phase-only baselines, so that neither depends on a method.
 #pragma once
 
 #include <vector>

@@ -29,7 +29,7 @@ namespace trocar {
 namespace {
 
 using continuous::Features;
-using continuous::Look;
+using continuous::RootSearch;
 using continuous::Sight;
 
 std::optional<double> exactly(const Features& f) {
@@ -37,22 +37,22 @@ std::optional<double> exactly(const Features& f) {
 }
 
 /// When features first meet, from `sight` on; nothing, too, when that is not before `known`. in_pair: a vertex and a
-/// face that meet at the same moment as two edges are looked at anyway, and the sets are apart at the start. Edges in
+/// face that meet at the same moment as two edges are examined anyway, and the sets are apart at the start. Edges in
 /// one plane then need no look: they meet first where an end of one arrives at the other.
-std::optional<double> first_moment(const Features& f, Look& look, Sight sight, std::optional<double> known,
+std::optional<double> first_moment(const Features& f, RootSearch& search, Sight sight, std::optional<double> known,
                                    bool in_pair) {
     using Verdict = Sight::Verdict;
-    for (;; sight = look.next()) {
+    for (;; sight = search.next()) {
         if (sight.verdict == Verdict::apart) return std::nullopt;
         if (sight.verdict == Verdict::coplanar && in_pair && f.edges) return std::nullopt;
         if (sight.verdict != Verdict::hit && sight.verdict != Verdict::maybe) {
             if (known && sight.low >= *known) return std::nullopt;
             return exactly(f);
         }
-        if (known && !look.coplanarity().root_is_before(*known, sight)) return std::nullopt;
-        const std::int64_t n = look.coplanarity().rounded_root(sight);
+        if (known && !search.coplanarity().root_is_before(*known, sight)) return std::nullopt;
+        const std::int64_t n = search.coplanarity().rounded_root(sight);
         if (sight.verdict == Verdict::maybe) {
-            const std::optional<bool> meets = look.coplanarity().meets(n, sight.before, in_pair);
+            const std::optional<bool> meets = search.coplanarity().meets(n, sight.before, in_pair);
             if (!meets) return exactly(f);
             if (!*meets) continue;
         }
@@ -61,10 +61,10 @@ std::optional<double> first_moment(const Features& f, Look& look, Sight sight, s
 }
 
 std::optional<double> time_of(const Features& f) {
-    Look look;
-    look.start(f);
-    const Sight sight = look.next();
-    return first_moment(f, look, sight, std::nullopt, false);
+    RootSearch search;
+    search.start(f);
+    const Sight sight = search.next();
+    return first_moment(f, search, sight, std::nullopt, false);
 }
 
 bool swept_boxes_overlap(const MovingTriangle& first, const MovingTriangle& second) {
@@ -121,20 +121,20 @@ std::optional<FirstMeeting> first_meeting(const MovingTriangle& first, const Mov
         }
     }
     // Only features that may be first are worth an exact time.
-    std::array<Look, 15> looks;
+    std::array<RootSearch, 15> searches;
     std::array<Sight, 15> sights;
     double latest = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < count; ++k) {
         if (features[k].sign() != 0) continue;
-        looks[k].start(features[k]);
-        sights[k] = looks[k].next();
+        searches[k].start(features[k]);
+        sights[k] = searches[k].next();
         if (sights[k].verdict == Sight::Verdict::hit) latest = std::min(latest, sights[k].high);
     }
     std::optional<FirstMeeting> best;
     for (std::size_t k = 0; k < count; ++k) {
         if (sights[k].verdict == Sight::Verdict::apart || sights[k].low > latest) continue;
         const std::optional<double> known = best ? std::optional(best->time) : std::nullopt;
-        const std::optional<double> time = first_moment(features[k], looks[k], sights[k], known, true);
+        const std::optional<double> time = first_moment(features[k], searches[k], sights[k], known, true);
         if (!time || (best && best->time <= *time)) continue;
         best = FirstMeeting{*time, features[k].edges ? Meeting::edge_edge : Meeting::vertex_face};
         latest = std::min(latest, *time);

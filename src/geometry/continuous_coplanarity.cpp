@@ -133,7 +133,7 @@ std::optional<int> Coplanarity::sign_at_root(const Quadratic<Fixed>& q, std::int
     if (first != 0 && value(n, n + 1) == first && value(n + 1, n + 1) == first) return first;
     if (!q[2].is_zero()) return std::nullopt;
     if (q[1].is_zero()) return q[0].sign();
-    // q vanishes at s = -q0 / q1, which is here: the sign of the cubic there, times |q1|³, tells on which side of s
+    // q vanishes at s = -q0 / q1, which is here: the sign of the cubic there, times |q1|³, reports on which side of s
     // the root is.
     const int rise = q[1].sign();
     const Fixed top = rise > 0 ? Fixed(-q[0]) : q[0];

@@ -13,23 +13,23 @@
 
 namespace trocar::continuous {
 
-inline constexpr int time_bits = 53;  ///< moments are told in multiples of 2^-53
+inline constexpr int time_bits = 53;  ///< moments are reported in multiples of 2^-53
 
-/// The coplanarity e · (u × w) of features over the tick, told without doubt.
+/// The coplanarity e · (u × w) of features over the tick, reported without doubt.
 class Coplanarity {
 public:
     explicit Coplanarity(const Features& f);
 
     /// Its sign at n / 2^53.
     [[nodiscard]] int sign(std::int64_t n);
-    /// Whether the root that the sight tells of, rounded down, is before this moment, a multiple of 2^-53.
+    /// Whether the root that the sight reports, rounded down, is before this moment, a multiple of 2^-53.
     [[nodiscard]] bool root_is_before(double moment, const Sight& sight);
     /// That root times 2^53, rounded down.
     [[nodiscard]] std::int64_t rounded_root(const Sight& sight);
-    /// Zero all the time; false when the coordinates span too many bits to tell.
+    /// Zero all the time; false when the coordinates span too many bits to report.
     [[nodiscard]] bool vanishes();
     /// Whether the features meet at the only root in [n, n + 1] / 2^53, with `before` as in Sight; nothing when neither
-    /// float nor linear conditions tell. In a pair of triangles edges that are parallel there count as not meeting:
+    /// float nor linear conditions report. In a pair of triangles edges that are parallel there count as not meeting:
     /// when they do, an end of one is on the other, which a vertex and a face see at the same moment.
     [[nodiscard]] std::optional<bool> meets(std::int64_t n, int before, bool in_pair);
 

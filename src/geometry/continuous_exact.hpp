@@ -1,6 +1,6 @@
 // Last stage of the continuous test: whether and when features meet, decided in integers of any size on the roots of
 // the coplanarity polynomial. The oracle is this and nothing before it; the query (continuous.cpp) comes here when
-// integers of fixed size do not tell either. Everything in any motion is answered, at some 0.3 ms.
+// integers of fixed size do not report either. Everything in any motion is answered, at some 0.3 ms.
 #pragma once
 
 #include <array>

@@ -17,7 +17,7 @@ struct Gap {
     double tolerance = 0.0;  ///< bound on the rounding error of any value
 };
 
-/// True when the gap is nowhere zero, without doubt; false says nothing. Looks at `cell_limit` cells at most.
+/// True when the gap is nowhere zero, without doubt; false says nothing. Examines `cell_limit` cells at most.
 bool certainly_apart(const Gap& gap, int cell_limit) {
     struct Cell {
         std::array<double, 3> low;

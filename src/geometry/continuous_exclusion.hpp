@@ -13,7 +13,7 @@ constexpr int many_cells = 300;
 constexpr int few_cells = 32;  ///< where there are other ways to decide
 
 /// True when the features are apart all the time, without doubt; false says nothing. Points in the order of
-/// continuous_exact.hpp; looks at `cell_limit` parts of time and place at most.
+/// continuous_exact.hpp; examines `cell_limit` parts of time and place at most.
 bool vertex_face_apart(const std::array<MovingPoint, 4>& points, int cell_limit);
 bool edge_edge_apart(const std::array<MovingPoint, 4>& points, int cell_limit);
 

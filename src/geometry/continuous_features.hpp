@@ -1,5 +1,5 @@
 // First stage of the continuous test: two features (vertex and face, or edge and edge) as the query follows them, and
-// what plain doubles with error bounds can tell of them: on which side, and whether they meet at a known moment.
+// what plain doubles with error bounds can report them: on which side, and whether they meet at a known moment.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,7 @@ struct Features {
 Features vertex_face_features(const MovingPoint& vertex, const MovingTriangle& face);
 Features edge_edge_features(const MovingPoint& a, const MovingPoint& b, const MovingPoint& c, const MovingPoint& d);
 
-/// What floating point can tell of the next moment at which the features may meet.
+/// What floating point can report the next moment at which the features may meet.
 struct Sight {
     enum class Verdict : std::uint8_t {
         apart,     ///< there is none

@@ -35,7 +35,7 @@ NearRoot near_root(const std::array<double, 4>& c, double tolerance) {
 
 }  // namespace
 
-Sight Look::next() {
+Sight RootSearch::next() {
     using Verdict = Sight::Verdict;
     Sight sight{.verdict = Verdict::unknown};
     if (features_->tolerance >= 0.0) sight = search();
@@ -62,7 +62,7 @@ Sight Look::next() {
 }
 
 /// Puts both halves on the stack, the earlier one on top.
-void Look::halve(const Piece& piece) {
+void RootSearch::halve(const Piece& piece) {
     const auto& c = piece.c;
     const double c01 = 0.5 * (c[0] + c[1]);
     const double c12 = 0.5 * (c[1] + c[2]);
@@ -75,7 +75,7 @@ void Look::halve(const Piece& piece) {
     stack_[depth_++] = {{c[0], c01, c012, middle}, piece.low, width};
 }
 
-Sight Look::search() {
+Sight RootSearch::search() {
     using Verdict = Sight::Verdict;
     constexpr double least_width = 1.0 / (1 << 20);
     const double tolerance = tolerance_;

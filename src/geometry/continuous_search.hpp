@@ -13,7 +13,7 @@
 namespace trocar::continuous {
 
 /// Bisects the tick until the cubic has no root or is monotone with one, which the slope then encloses.
-class Look {
+class RootSearch {
 public:
     void start(const Features& features) {
         features_ = &features;

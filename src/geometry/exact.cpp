@@ -106,9 +106,9 @@ struct FilteredPlane {
         const Vector3 u = t[1] - t[0];
         const Vector3 v = t[2] - t[0];
         normal = u.cross(v);
-        const double reach = std::max(largest(u), largest(v));
+        const double query_distance = std::max(largest(u), largest(v));
         // The permanent has six products of at most reach · reach · |offset|; a fiftieth more covers its own rounding.
-        permanent_per_offset = 1.02 * 6.0 * (reach * reach);
+        permanent_per_offset = 1.02 * 6.0 * (query_distance * query_distance);
     }
 
     static double largest(const Vector3& v) {
@@ -119,9 +119,10 @@ struct FilteredPlane {
     [[nodiscard]] int side(const Vector3& p) const {
         const Vector3 offset = p - corners[0];
         const double determinant = offset.x() * normal.x() + offset.y() * normal.y() + offset.z() * normal.z();
-        const double reach = largest(offset);
+        const double query_distance = largest(offset);
         // Multiplied in this order the bound overflows, and decides nothing, wherever the determinant might.
-        const double bound = bound_3d * (permanent_per_offset * reach) + underflow_unit * (1.0 + reach);
+        const double bound =
+            bound_3d * (permanent_per_offset * query_distance) + underflow_unit * (1.0 + query_distance);
         if (determinant > bound) return 1;
         if (determinant < -bound) return -1;
         return -orientation_sign(corners[0], corners[1], corners[2], p);  // a finer bound, then exact
@@ -162,7 +163,7 @@ struct Straddle {
     }
 };
 
-/// Precondition: the sides are neither all positive, all negative nor all 0. `apex_above` tells whether the apex is on
+/// Precondition: the sides are neither all positive, all negative nor all 0. `apex_above` says whether the apex is on
 /// the positive side (or in the plane with the others on the negative side).
 Straddle straddle(const std::array<int, 3>& side, bool& apex_above) {
     int apex = 0;

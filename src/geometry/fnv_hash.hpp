@@ -1,4 +1,4 @@
-// Which bits they were: the 64-bit hash by which state, frames, scenes and stored results are told apart. Against
+// Which bits they were: the 64-bit hash by which state, frames, scenes and stored results are distinguished. Against
 // mistakes, not against anybody.
 #pragma once
 

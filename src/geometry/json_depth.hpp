@@ -1,5 +1,5 @@
-// How deep a JSON text is nested, told without a parser: documents are walked, copied and freed by functions that call
-// themselves for every level, so that a text which is too deep has to be refused before anything is made of it.
+// How deep a JSON text is nested, reported without a parser: documents are walked, copied and freed by functions that
+// call themselves for every level, so that a text which is too deep has to be refused before anything is made of it.
 #pragma once
 
 #include <string_view>

@@ -50,7 +50,7 @@ struct MeshReport {
 /// mesh has about ten per triangle; a heap, or a cone of tens of thousands of slivers, would have all.
 constexpr std::int64_t most_self_intersection_tests(std::int64_t triangles) { return 1'000'000 + 40 * triangles; }
 
-/// Looks at everything above. Time grows like triangles · log(triangles) plus the pairs that are tested, at most
+/// Examines everything above. Time grows like triangles · log(triangles) plus the pairs that are tested, at most
 /// `most_tests` of them.
 MeshReport report_mesh(const Mesh& mesh, std::int64_t most_tests);
 /// With most_self_intersection_tests of the mesh.

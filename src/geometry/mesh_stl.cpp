@@ -1,5 +1,5 @@
-// STL, binary and text. A binary file may begin with "solid" as a text file does; its size tells, since the facet count
-// in the header fixes it to the byte.
+// STL, binary and text. A binary file may begin with "solid" as a text file does; its size reports, since the facet
+// count in the header fixes it to the byte.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -149,7 +149,7 @@ bool size_matches_binary(std::string_view text) {
            text.size() == header_bytes + facet_bytes * std::uint64_t{little_endian_u32(text.data() + 80)};
 }
 
-bool looks_like_text(std::string_view text) {
+bool resembles_text(std::string_view text) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
     if (first == std::string_view::npos || !equal_without_case(text.substr(first, 5), "solid")) return false;
     // Text holds no control characters; the facet count and the floats of a binary file do.
@@ -162,7 +162,7 @@ bool looks_like_text(std::string_view text) {
 }  // namespace
 
 Mesh read_stl(const Source& source) {
-    if (!size_matches_binary(source.text) && looks_like_text(source.text)) return TextReader(source).read();
+    if (!size_matches_binary(source.text) && resembles_text(source.text)) return TextReader(source).read();
     return read_binary(source);
 }
 

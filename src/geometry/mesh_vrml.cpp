@@ -398,7 +398,7 @@ private:
         if (number < 0) return;
         const Node& node = nodes_[static_cast<std::size_t>(number)];
         if (++visits_ > most_visits) fail(node.line, fmt::format("at most {} nodes after USE", most_visits), "more");
-        tell_unread_geometry(node);
+        report_unread_geometry(node);
         if (node.type == "Transform") {
             visit_all(field(node, "children"), to_world * local_transform(node));
         } else if (node.type == "Group" || node.type == "Anchor" || node.type == "Collision" ||
@@ -421,7 +421,7 @@ private:
     }
 
     /// A surface or a group below a field that is no place for it (a misspelt one) would be left out without a word.
-    void tell_unread_geometry(const Node& node) {
+    void report_unread_geometry(const Node& node) {
         if (node.type == "Script") return;  // refers to nodes that stand elsewhere
         constexpr std::array<std::string_view, 5> read{"children", "geometry", "choice", "level", "proxy"};
         constexpr std::array<std::string_view, 10> holders{"Shape",     "Transform",     "Group",  "Anchor",

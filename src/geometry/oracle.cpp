@@ -1,5 +1,5 @@
 // The truth about triangle pairs, on purpose without a line in common with exact.cpp: the common point set is
-// constructed in rational numbers (big integers over a common denominator), then looked at. Only pairs that a crude
+// constructed in rational numbers (big integers over a common denominator), then examined. Only pairs that a crude
 // floating-point bound decides with a wide margin are spared the construction.
 #include <algorithm>
 #include <boost/multiprecision/cpp_int.hpp>
@@ -191,8 +191,8 @@ PairClass class_of(const std::vector<Point>& points, const BigTriangle& first, c
 double determinant(const Vector3& a, const Vector3& b, const Vector3& c) { return a.dot(b.cross(c)); }
 
 /// PairClass::disjoint or transversal where double arithmetic leaves no doubt, else nothing. A determinant of three
-/// corner differences, each at most `reach` long in every coordinate, has 6 terms of at most reach^3 and an error below
-/// 1e-14·reach^3; ten times that is demanded.
+/// corner differences, each at most `query_distance` long in every coordinate, has 6 terms of at most reach^3 and an
+/// error below 1e-14·reach^3; ten times that is demanded.
 std::optional<PairClass> obvious_class(const Corners& first, const Corners& second) {
     Vector3 low = first[0];
     Vector3 high = first[0];
@@ -202,14 +202,15 @@ std::optional<PairClass> obvious_class(const Corners& first, const Corners& seco
             high = high.cwiseMax(p);
         }
     }
-    const double reach = (high - low).maxCoeff();
-    if (!(reach > 1e-90 && reach < 1e90)) return std::nullopt;
-    const double doubt = 1e-13 * reach * reach * reach;
+    const double query_distance = (high - low).maxCoeff();
+    if (!(query_distance > 1e-90 && query_distance < 1e90)) return std::nullopt;
+    const double doubt = 1e-13 * query_distance * query_distance * query_distance;
     const std::array<const Corners*, 2> triangle{&first, &second};
     for (std::size_t k = 0; k < 2; ++k) {
         // A normal component beyond doubt: the triangle has an area.
         const Corners& t = *triangle[k];
-        if ((t[1] - t[0]).cross(t[2] - t[0]).cwiseAbs().maxCoeff() <= 1e-13 * reach * reach) return std::nullopt;
+        if ((t[1] - t[0]).cross(t[2] - t[0]).cwiseAbs().maxCoeff() <= 1e-13 * query_distance * query_distance)
+            return std::nullopt;
     }
     std::array<std::array<double, 3>, 2> height{};
     for (std::size_t k = 0; k < 2; ++k) {

@@ -134,9 +134,10 @@ OrientationReport orientation_of(const Matrix3X& given_vertices, const Triangles
         ++report.disagreeing_edges;
         for (auto side = begin; side != end; ++side) unsure[at(side->triangle)] = 1;
         if (report.first_disagreeing[0] >= 0) continue;
-        const bool way = 2 * forward > count;
-        const auto first = std::find_if(begin, end, [way](const ShellSide& side) { return side.forward == way; });
-        const auto second = std::find_if(first + 1, end, [way](const ShellSide& side) { return side.forward == way; });
+        const bool path = 2 * forward > count;
+        const auto first = std::find_if(begin, end, [path](const ShellSide& side) { return side.forward == path; });
+        const auto second =
+            std::find_if(first + 1, end, [path](const ShellSide& side) { return side.forward == path; });
         report.first_disagreeing = {first->triangle, second == end ? first->triangle : second->triangle};
     }
     bool all_consistent = true;

@@ -91,7 +91,7 @@ Index PairsApart::build(Index begin, Index end) {
         const Index v = node(low).common[k];
         made.common[k] = holds(node(high).common, v) ? v : -1;
     }
-    // Three points that are not on a line tell a plane: one triangle stands for all of its half.
+    // Three points that are not on a line report a plane: one triangle stands for all of its half.
     if (node(low).plane >= 0 && node(high).plane >= 0 && in_one_plane(node(low).plane, node(high).plane)) {
         made.plane = node(low).plane;
     }
@@ -149,7 +149,7 @@ PairsApart::Slanted PairsApart::box_along(const Node& of, Index t) const {
 void PairsApart::find_slanted(Node& made) {
     const Index t = order_[static_cast<std::size_t>(made.first)];
     const Box& box = boxes_[static_cast<std::size_t>(t)];
-    // Most nodes are told at their first triangle: it is not long for the node.
+    // Most nodes are reported at their first triangle: it is not long for the node.
     if ((box.max - box.min).maxCoeff() < 0.25 * (made.box.max - made.box.min).maxCoeff()) return;
     const Slanted slanted = box_along(made, t);
     if (std::max(slanted.half[1], slanted.half[2]) > thin_part * slanted.half[0]) return;
@@ -173,9 +173,9 @@ bool PairsApart::apart_along_own_axes(const Node& first, const Node& second) con
     if (!(margin > 1e-280)) return false;
     for (const Matrix3* axes : {&a.axes, &b.axes}) {
         const Vector3 between = (*axes * (b.middle - a.middle)).cwiseAbs();
-        const Vector3 reach =
+        const Vector3 query_distance =
             (*axes * a.axes.transpose()).cwiseAbs() * a.half + (*axes * b.axes.transpose()).cwiseAbs() * b.half;
-        if (((between - reach).array() > margin).any()) return true;
+        if (((between - query_distance).array() > margin).any()) return true;
     }
     return false;
 }

@@ -19,16 +19,16 @@ public:
     PairsApart(const Matrix3X& vertices, const Triangles& triangles);
 
     /// Calls use(s, t) for each pair whose boxes overlap; ends early when it returns false. Returns how many pairs of
-    /// nodes it has looked at. `one_plane_too`: also those that lie in one plane.
+    /// nodes it has examined. `one_plane_too`: also those that lie in one plane.
     template <typename Use>
     std::int64_t for_each(const Use& use, bool one_plane_too = false) const {
-        std::int64_t looked_at = 0;
-        if (nodes_.empty()) return looked_at;
+        std::int64_t examined = 0;
+        if (nodes_.empty()) return examined;
         std::vector<std::array<Index, 2>> open{{0, 0}};
         while (!open.empty()) {
             const auto [a, b] = open.back();
             open.pop_back();
-            ++looked_at;
+            ++examined;
             const Node& first = node(a);
             const Node& second = node(b);
             if (passed_over(a, b, one_plane_too)) continue;
@@ -46,7 +46,7 @@ public:
                 open.insert(open.end(), {{a, b + 1}, {a, second.second}});
             }
         }
-        return looked_at;
+        return examined;
     }
 
 private:

@@ -14,7 +14,7 @@ inline constexpr std::int64_t most_triangles = 2'000'000;
 inline constexpr std::int64_t most_vertices = 3 * most_triangles;
 /// Of a face of a mesh file.
 inline constexpr std::int64_t most_corners = 100'000;
-/// Of a scene and of a recording: every two of them may have to be looked at.
+/// Of a scene and of a recording: every two of them may have to be examined.
 inline constexpr std::int64_t most_bodies = 1000;
 /// Of a body: each may be a file.
 inline constexpr std::int64_t most_parts = 10'000;

@@ -64,7 +64,7 @@ void SurfaceTree::build(Index first, Index count) {
 }
 
 template <typename Act>
-void SurfaceTree::visit(const Box& box, const double& squared_reach, const Act& act) const {
+void SurfaceTree::visit(const Box& box, const double& squared_query_distance, const Act& act) const {
     struct Open {
         Index node;
         double squared_gap;
@@ -74,7 +74,7 @@ void SurfaceTree::visit(const Box& box, const double& squared_reach, const Act& 
         const auto [number, gap] = open.back();
         open.pop_back();
         // Rounding may put a triangle a hair nearer than its box.
-        if (gap > squared_reach * (1.0 + 1e-12)) continue;
+        if (gap > squared_query_distance * (1.0 + 1e-12)) continue;
         const Node& node = nodes_[at(number)];
         if (node.second >= 0) {
             Open near{number + 1, squared_gap(nodes_[at(number + 1)].box, box)};
@@ -86,17 +86,17 @@ void SurfaceTree::visit(const Box& box, const double& squared_reach, const Act& 
         }
         for (Index i = node.first; i < node.first + node.count; ++i) {
             const Corners c = corners(order_[at(i)]);
-            if (squared_gap(box_of(c), box) <= squared_reach * (1.0 + 1e-12)) act(order_[at(i)], c);
+            if (squared_gap(box_of(c), box) <= squared_query_distance * (1.0 + 1e-12)) act(order_[at(i)], c);
         }
     }
 }
 
 int SurfaceTree::crossings(const Vector3& from, const Vector3& to) const {
-    Box way;
-    way.add(from);
-    way.add(to);
+    Box path;
+    path.add(from);
+    path.add(to);
     int sum = 0;
-    visit(way, 0.0, [&](Index, const Corners& c) { sum += segment_crossing(from, to, c[0], c[1], c[2]); });
+    visit(path, 0.0, [&](Index, const Corners& c) { sum += segment_crossing(from, to, c[0], c[1], c[2]); });
     return sum;
 }
 
@@ -115,11 +115,11 @@ Index SurfaceTree::nearest(const Vector3& x) const {
     return best;
 }
 
-double SurfaceTree::distance_to(const Corners& triangle, double reach) const {
-    double least = reach * reach;
+double SurfaceTree::distance_to(const Corners& triangle, double query_distance) const {
+    double least = query_distance * query_distance;
     visit(box_of(triangle), least,
           [&](Index, const Corners& c) { least = std::min(least, triangle_distance(triangle, c).squared_distance); });
-    return least < reach * reach ? std::sqrt(least) : reach;
+    return least < query_distance * query_distance ? std::sqrt(least) : query_distance;
 }
 
 }  // namespace trocar

@@ -28,8 +28,9 @@ public:
     [[nodiscard]] int crossings(const Vector3& from, const Vector3& to) const;
     /// The triangle nearest to x; of several the one with the least number; -1 where there is none.
     [[nodiscard]] Index nearest(const Vector3& x) const;
-    /// Distance (m) of a triangle that meets none of these to the nearest of them; `reach` where none is nearer.
-    [[nodiscard]] double distance_to(const Corners& triangle, double reach) const;
+    /// Distance (m) of a triangle that meets none of these to the nearest of them; `query_distance` where none is
+    /// nearer.
+    [[nodiscard]] double distance_to(const Corners& triangle, double query_distance) const;
 
 private:
     struct Node {
@@ -40,10 +41,10 @@ private:
     };
     [[nodiscard]] Corners corners(Index triangle) const;
     void build(Index first, Index count);
-    /// act(triangle, corners) for every triangle whose box comes within the root of `squared_reach` (m²) of this box,
-    /// and for some others, near ones first. `squared_reach` is read anew each time.
+    /// act(triangle, corners) for every triangle whose box comes within the root of `squared_query_distance` (m²) of
+    /// this box, and for some others, near ones first. `squared_query_distance` is read anew each time.
     template <typename Act>
-    void visit(const Box& box, const double& squared_reach, const Act& act) const;
+    void visit(const Box& box, const double& squared_query_distance, const Act& act) const;
 
     const Triangles& triangles_;
     const Matrix3X& position_;

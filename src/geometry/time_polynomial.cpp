@@ -101,7 +101,7 @@ int Root::sign_of(const Polynomial& other) {
     if (other.is_zero()) return 0;
     Big slope = 0;  // no value in [0, 1] changes faster
     for (std::size_t i = 1; i < other.coefficient.size(); ++i) slope += abs(other.coefficient[i]) * i;
-    // A common factor is dear to find and rare: first see whether a fine interval tells the sign.
+    // A common factor is dear to find and rare: first see whether a fine interval reports the sign.
     constexpr unsigned fine = 60;
     for (bool may_vanish = true;;) {
         const Big value = scaled_value(other, low_);

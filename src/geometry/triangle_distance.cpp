@@ -101,8 +101,8 @@ void take_edges(const Corners& first, const Corners& second, TriangleDistance& b
     }
 }
 
-/// True when the triangles are surely more than `reach` apart along an axis of any length.
-bool axis_parts(const Vector3& axis, const Corners& first, const Corners& second, double reach) {
+/// True when the triangles are surely more than `query_distance` apart along an axis of any length.
+bool axis_parts(const Vector3& axis, const Corners& first, const Corners& second, double query_distance) {
     struct Shadow {
         double low = std::numeric_limits<double>::infinity();
         double high = -std::numeric_limits<double>::infinity();
@@ -123,12 +123,12 @@ bool axis_parts(const Vector3& axis, const Corners& first, const Corners& second
     for (const Vector3& corner : second) take(corner, other);
     // More than what five roundings can take, of the bound and of places.
     constexpr double surely = 1.0 + 1e-14;
-    const double bound = (surely * reach + 1e-14 * size) * axis.norm();
+    const double bound = (surely * query_distance + 1e-14 * size) * axis.norm();
     return other.low - one.high > bound || one.low - other.high > bound;
 }
 
-bool plane_parts(const Corners& triangle, const Corners& other, double reach) {
-    return axis_parts((triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]), triangle, other, reach);
+bool plane_parts(const Corners& triangle, const Corners& other, double query_distance) {
+    return axis_parts((triangle[1] - triangle[0]).cross(triangle[2] - triangle[0]), triangle, other, query_distance);
 }
 
 }  // namespace
@@ -213,8 +213,8 @@ TriangleDistance triangle_distance(const Corners& first, const Corners& second) 
     return best;
 }
 
-bool is_within_reach(const Corners& first, const Corners& second, double reach) {
-    const double square = reach * reach;
+bool is_within_query_distance(const Corners& first, const Corners& second, double query_distance) {
+    const double square = query_distance * query_distance;
     Box box;
     Box other;
     for (const Vector3& corner : first) box.add(corner);
@@ -222,12 +222,13 @@ bool is_within_reach(const Corners& first, const Corners& second, double reach) 
     constexpr double surely = 1.0 + 1e-14;
     const Vector3 gap = (other.min - box.max).cwiseMax(box.min - other.max).cwiseMax(0.0);
     if (gap.squaredNorm() > surely * square) return false;
-    if (plane_parts(first, second, reach) || plane_parts(second, first, reach)) return false;
+    if (plane_parts(first, second, query_distance) || plane_parts(second, first, query_distance)) return false;
     TriangleDistance best = distance_of_corners(first, second);
     if (best.squared_distance <= square) return true;
     // Where the triangles are further apart than reach along the line between the closest points so far, no edges are
     // closer (the stopping test of PQP's TriDist, Larsen et al. 1999).
-    if (axis_parts(point_at(second, best.second) - point_at(first, best.first), first, second, reach)) return false;
+    if (axis_parts(point_at(second, best.second) - point_at(first, best.first), first, second, query_distance))
+        return false;
     take_edges(first, second, best);
     return best.squared_distance <= square;
 }

@@ -38,8 +38,8 @@ struct TriangleDistance {
 /// triangle, or of an edge from an edge, whichever is least, and not zero: ask triangles_intersect first.
 TriangleDistance triangle_distance(const Corners& first, const Corners& second);
 
-/// Whether the distance of two triangles is at most `reach` (m), decided as triangle_distance would, with as little
-/// work as the answer needs. Precondition: the triangles do not meet.
-bool is_within_reach(const Corners& first, const Corners& second, double reach);
+/// Whether the distance of two triangles is at most `query_distance` (m), decided as triangle_distance would, with as
+/// little work as the answer needs. Precondition: the triangles do not meet.
+bool is_within_query_distance(const Corners& first, const Corners& second, double query_distance);
 
 }  // namespace trocar

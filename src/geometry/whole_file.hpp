@@ -1,4 +1,4 @@
-// The door to files: what is wrong with one is told in the same words everywhere, and nobody ever sees half of one.
+// The door to files: what is wrong with one is reported in the same words everywhere, and nobody ever sees half of one.
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // A contact of two bodies as a stretch of time, from truth, and when a detector noticed it. Ticks are only its ruler:
-// an event may begin and end between two frames, which is what a detector that looks at frames alone misses.
+// an event may begin and end between two frames, which is what a detector that examines frames alone misses.
 #pragma once
 
 #include <limits>
@@ -16,7 +16,7 @@ struct ContactEvent {
     Index body_b = -1;
     double begin = unknown;  ///< s; the first frame's time when they touch there already
     double end = unknown;    ///< s; NaN: still in contact when the run ended
-    double seen = unknown;   ///< s, time of the first frame at which the detector told of it; NaN: never
+    double seen = unknown;   ///< s, time of the first frame at which the detector reported it; NaN: never
     [[nodiscard]] bool missed() const { return !(seen == seen); }
 };
 

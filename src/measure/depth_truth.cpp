@@ -131,7 +131,7 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
         if (!direction.counted) continue;
         const EdgeDepth edges = s.depth_of_edges(direction);
         result.wrong_side += edges.stretches;
-        result.max_depth = std::max(result.max_depth, edges.depth);
+        result.residual_penetration = std::max(result.residual_penetration, edges.depth);
         const BodySurface& from = s.body(direction.from);
         for (std::size_t i = 0; i < direction.side.size(); ++i) {
             if (direction.side[i] == Side::undecided) ++result.side_undecided;
@@ -139,13 +139,13 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
             const double depth = s.depth(direction, i);
             ++result.wrong_side;
             if (i < from.vertex_count()) ++result.wrong_side_vertices;
-            result.max_depth = std::max(result.max_depth, depth);
+            result.residual_penetration = std::max(result.residual_penetration, depth);
             if (i < from.vertex_count()) continue;
             weighted_depth += from.area_weight() * depth;
             weight += from.area_weight();
         }
     }
-    if (weight > 0.0) result.mean_depth = weighted_depth / weight;
+    if (weight > 0.0) result.residual_penetration_mean = weighted_depth / weight;
     return result;
 }
 

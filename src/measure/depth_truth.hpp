@@ -31,8 +31,8 @@ public:
     static constexpr Index default_area_samples = 1000;  ///< per body
 
     struct Result {
-        double max_depth = 0.0;       ///< m, over the samples and edges of all counted body pairs
-        double mean_depth = 0.0;      ///< m, area mean over penetrating area samples, 0 when none
+        double residual_penetration = 0.0;       ///< m, over the samples and edges of all counted body pairs
+        double residual_penetration_mean = 0.0;  ///< m, area mean over penetrating area samples, 0 when none
         std::int64_t wrong_side = 0;  ///< samples inside a closed body or beyond a sheet, stretches of edges inside
         std::int64_t wrong_side_vertices = 0;  ///< of these, vertices
         std::int64_t side_undecided = 0;       ///< samples whose side is open; in none of the above

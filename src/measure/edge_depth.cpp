@@ -9,24 +9,24 @@ namespace trocar {
 namespace {
 
 /// Share of the way from p to q at which it passes through the triangle, or just beside it.
-std::optional<double> way_through(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p,
-                                  const Vector3& q) {
+std::optional<double> path_through(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p,
+                                   const Vector3& q) {
     const Vector3 normal = (b - a).cross(c - a);
     const double before = normal.dot(p - a);
     const double after = normal.dot(q - a);
     if ((before > 0.0) == (after > 0.0)) return std::nullopt;
-    const double way = before / (before - after);
-    const Vector3 x = p + way * (q - p);
+    const double path = before / (before - after);
+    const Vector3 x = p + path * (q - p);
     constexpr double beside = 1e-9;  // of the triangle's doubled area: an edge that is met counts for both neighbours
     const double least = -beside * normal.squaredNorm();
     if (normal.dot((b - a).cross(x - a)) < least || normal.dot((c - b).cross(x - b)) < least ||
         normal.dot((a - c).cross(x - c)) < least) {
         return std::nullopt;
     }
-    return way;
+    return path;
 }
 
-/// The deepest point between two shares of the way from p to q; `depth_at` tells the depth of a point of it.
+/// The deepest point between two shares of the way from p to q; `depth_at` reports the depth of a point of it.
 template <typename DepthAt>
 double deepest_between(double length, double first, double last, double at_least, const DepthAt& depth_at) {
     constexpr int parts = 8;
@@ -38,19 +38,19 @@ double deepest_between(double length, double first, double last, double at_least
     // A distance changes by no more than the way along the edge.
     if (depth + half * length <= at_least) return depth;
     for (int i = 1; i < parts; ++i) {
-        const double way = first + step * i;
-        const double here = depth_at(way);
+        const double path = first + step * i;
+        const double here = depth_at(path);
         if (here <= depth) continue;
         depth = here;
-        best = way;
+        best = path;
     }
     for (int i = 0; i < halvings; ++i) {
         step *= 0.5;
-        for (const double way : {best - step, best + step}) {
-            const double here = depth_at(way);
+        for (const double path : {best - step, best + step}) {
+            const double here = depth_at(path);
             if (here <= depth) continue;
             depth = here;
-            best = way;
+            best = path;
             break;
         }
     }
@@ -75,12 +75,12 @@ EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::
             const Vector3 b = position.col(triangles(1, t));
             const Vector3 c = position.col(triangles(2, t));
             if (!box.overlaps(Box{a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) return;
-            const auto way = way_through(a, b, c, p, q);
-            if (way) cuts.push_back(*way);
+            const auto path = path_through(a, b, c, p, q);
+            if (path) cuts.push_back(*path);
         });
         std::sort(cuts.begin(), cuts.end());
-        const auto depth_at = [&](double way) {
-            const Vector3 x = p + way * (q - p);
+        const auto depth_at = [&](double path) {
+            const Vector3 x = p + path * (q - p);
             return rays.crossings(triangles, position, x) == 0 ? 0.0 : distance(x);
         };
         bool was_inside = false;

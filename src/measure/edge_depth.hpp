@@ -21,7 +21,7 @@ struct EdgeDepth {
 /// closed surface in `rays`, and looks along each part that is inside for its deepest point: at seven points, then
 /// around the deepest of them by halved steps, 1/512 of the part at last. Whether a point is inside is decided exactly
 /// (winding number); where the edge is cut only guides the search, so that rounding there loses no more than a part
-/// shorter than rounding. `distance` tells how far a point is from the surface, m.
+/// shorter than rounding. `distance` says how far a point is from the surface, m.
 EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::span<const std::array<Index, 2>> edges,
                      const RayTree& rays, const std::function<double(const Vector3&)>& distance);
 

@@ -13,8 +13,8 @@ constexpr const char* depth_before = "depth truth, frame that detect saw";
 constexpr const char* passages = "geometry, way between the frames after the ticks";
 constexpr const char* geometry = "geometry, frame after the tick";
 constexpr const char* force = "force shown on the first led instrument";
-constexpr const char* books = "trajectories, masses and forces shown";
-constexpr const char* told = "told by the response or the tissue";
+constexpr const char* audit = "trajectories, masses and forces shown";
+constexpr const char* reported = "reported by the response or the tissue";
 constexpr const char* stored = "stored reference";
 constexpr const char* paced = "paced loop";
 constexpr const char* pair_study = "triangle-pair run";
@@ -65,38 +65,41 @@ void add_pairs(std::vector<SummaryFigure>& list) {
         {"judged_ticks", "1", Better::neither, "Ticks on which truth was computed", pair_truth},
         {"true_pairs", "1", Better::neither, "True pairs, summed over the judged ticks", pair_truth},
         {"true_touches", "1", Better::neither, "Of these, pairs that only touch in a vertex or an edge", pair_truth},
-        {"missing", "1", Better::lower,
+        {"false_negatives", "1", Better::lower,
          "True pairs not reported, summed over the judged ticks (one whose list a limit cut is always judged)",
          pair_truth},
-        {"missing_touch", "1", Better::lower, "Of these, pairs that only touch", pair_truth},
-        {"extra", "1", Better::lower, "Reported pairs that are not true, summed over the judged ticks", pair_truth},
+        {"false_negatives_touch", "1", Better::lower, "Of these, pairs that only touch", pair_truth},
+        {"false_positives", "1", Better::lower, "Reported pairs that are not true, summed over the judged ticks",
+         pair_truth},
         {"precision", "1", Better::higher, "Share of the reported pairs that are true", pair_truth},
         {"recall", "1", Better::higher, "Share of the true pairs that are reported, touches included", pair_truth},
         {"recall_without_touches", "1", Better::higher, "The same over pairs that do more than touch", pair_truth},
         {"f1", "1", Better::higher, "Harmonic mean of precision and recall", pair_truth},
-        {"reach_median_m", "m", Better::neither,
-         "Median reach: within which the contact source wanted pairs of triangles brought; n/a where it asks for those "
+        {"query_distance_median_m", "m", Better::neither,
+         "Median query distance: within which the contact generator wanted pairs of triangles brought; n/a where it "
+         "asks for those "
          "that meet",
          counters},
-        {"reach_max_m", "m", Better::neither, "Largest of the same", counters},
-        {"true_near", "1", Better::neither,
-         "Pairs of triangles that do not meet and are within reach, summed over the ticks judged in detail; n/a where "
+        {"query_distance_max_m", "m", Better::neither, "Largest of the same", counters},
+        {"true_proximity_pairs", "1", Better::neither,
+         "Pairs of triangles that do not meet and are within the query distance, summed over the ticks judged in "
+         "detail; n/a where "
          "no source asks for them",
          pair_truth},
-        {"missed", "1", Better::lower, "Of these: near pairs not brought", pair_truth},
+        {"proximity_false_negatives", "1", Better::lower, "Of these: near pairs not brought", pair_truth},
         {"true_swept", "1", Better::neither, "Pairs that begin to touch between two frames, summed over the ticks",
          between},
-        {"missing_swept", "1", Better::lower,
-         "Of these: told neither as begun between frames nor as pair of the frame after", between},
-        {"extra_swept", "1", Better::lower, "Contacts said to begin between frames that do not", between},
-        {"swept_time_error_max", "1", Better::lower, "Worst error of a told time of first contact, part of a tick",
+        {"swept_false_negatives", "1", Better::lower,
+         "Of these: reported neither as begun between frames nor as pair of the frame after", between},
+        {"swept_false_positives", "1", Better::lower, "Contacts said to begin between frames that do not", between},
+        {"swept_time_error_max", "1", Better::lower, "Worst error of a reported time of first contact, part of a tick",
          between},
         {"contact_events", "1", Better::neither, "Contacts of two bodies, from first touch until they are apart",
          between},
-        {"contact_events_missed", "1", Better::lower, "Of these: never told, neither at a frame nor between frames",
+        {"contact_events_missed", "1", Better::lower, "Of these: never reported, neither at a frame nor between frames",
          between},
         {"onset_latency_median_s", "s", Better::lower,
-         "Median time from first touch to the frame at which the detector first tells of it, over the events told",
+         "Median time from first touch to the frame at which the detector first reports it, over the events reported",
          between},
         {"onset_latency_max_s", "s", Better::lower, "Largest of the same", between},
         {"depth_error_median_m", "m", Better::lower,
@@ -110,34 +113,35 @@ void add_pairs(std::vector<SummaryFigure>& list) {
     list.insert(list.end(), more.begin(), more.end());
 }
 
-void add_books(std::vector<SummaryFigure>& list) {
+void add_audit(std::vector<SummaryFigure>& list) {
     const std::vector<SummaryFigure> more{
-        {"book_energy_error_j", "J", Better::lower,
+        {"energy_residual_j", "J", Better::lower,
          "Largest energy at any time that the books of tissue and of hands do not account for: gain less work of "
-         "contacts, placements, held forces and hands, plus what dampers took; n/a where nothing yields",
-         books},
-        {"book_energy_error_share", "1", Better::lower,
-         "The same as a share of all energy booked, the worse of the two", books},
-        {"book_momentum_error_n_s", "N s", Better::lower,
-         "Largest momentum at any time that these books do not account for, reactions of pins included", books},
-        {"book_momentum_error_share", "1", Better::lower,
-         "The same as a share of the summed impulses of contacts, held forces and hands", books},
-        {"book_dissipated_j", "J", Better::neither, "Energy that the tissue's dampers and drag took", books},
-        {"book_limiter_j", "J", Better::neither, "Energy that went where the strain limiter acted", books},
-        {"book_absolute_work_j", "J", Better::neither,
-         "Sum of the absolute work of scripts and hands against contact, tick by tick", books}};
+         "contacts, position corrections, held forces and hands, plus what dampers took; n/a where nothing yields",
+         audit},
+        {"energy_residual_share", "1", Better::lower, "The same as a share of all energy booked, the worse of the two",
+         audit},
+        {"momentum_residual_n_s", "N s", Better::lower,
+         "Largest momentum at any time that these books do not account for, reactions of pins included", audit},
+        {"momentum_residual_share", "1", Better::lower,
+         "The same as a share of the summed impulses of contacts, held forces and hands", audit},
+        {"dissipated_energy_j", "J", Better::neither, "Energy that the tissue's dampers and drag took", audit},
+        {"limiter_energy_j", "J", Better::neither, "Energy that went where the strain limiter acted", audit},
+        {"absolute_work_j", "J", Better::neither,
+         "Sum of the absolute work of scripts and hands against contact, tick by tick", audit}};
     list.insert(list.end(), more.begin(), more.end());
 }
 
 void add_outcome(std::vector<SummaryFigure>& list) {
     const std::vector<SummaryFigure> more{
-        {"residual_median_m", "m", Better::lower,
-         "True depth left after the tick: median over ticks with a pair or a depth", geometry},
-        {"residual_max_m", "m", Better::lower, "Largest true depth left after a tick", geometry},
-        {"residual_mean_m", "m", Better::lower,
+        {"residual_penetration_median_m", "m", Better::lower,
+         "True residual penetration after the tick: median over ticks with a pair or a depth", geometry},
+        {"residual_penetration_max_m", "m", Better::lower, "Largest true residual penetration after a tick", geometry},
+        {"residual_penetration_mean_m", "m", Better::lower,
          "Area mean of the depth over the penetrating samples: median over ticks with a depth", geometry},
-        {"residual_last_m", "m", Better::lower, "True depth left after the last judged tick", geometry},
-        {"residual_settled_m", "m", Better::lower,
+        {"residual_penetration_final_m", "m", Better::lower, "True residual penetration after the last judged tick",
+         geometry},
+        {"residual_penetration_settled_m", "m", Better::lower,
          "Largest true depth from 200 ms after the last key of the motion on; n/a when the run ends before", geometry},
         {"overlap_volume_max_m3", "m³", Better::lower,
          "Largest volume that two closed bodies both fill after a tick; n/a with open sheets alone", geometry},
@@ -176,36 +180,39 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"strain_over_max", "1", Better::lower, "Largest edge strain above the scene's strain limit", geometry},
         {"tool_moment_max_nm", "N m", Better::neither, "Largest moment about the tip on the tool", force},
         {"tip_force_max_n", "N", Better::neither, "Largest force at the tip by the device's rule, before any limiter",
-         told},
-        {"tip_force_jump_max_n", "N", Better::lower, "Largest change of the same from one tick to the next", told},
-        {"device_force_max_n", "N", Better::neither, "Largest force shown after the device's limiters", told},
-        {"device_force_jump_max_n", "N", Better::lower, "Largest change of the same from one tick to the next", told},
+         reported},
+        {"tip_force_jump_max_n", "N", Better::lower, "Largest change of the same from one tick to the next", reported},
+        {"device_force_max_n", "N", Better::neither, "Largest force shown after the device's limiters", reported},
+        {"device_force_jump_max_n", "N", Better::lower, "Largest change of the same from one tick to the next",
+         reported},
         {"roll_torque_max_nm", "N m", Better::lower,
-         "Largest torque about the shaft, which a 3-DOF device cannot show; n/a without a trocar", told},
+         "Largest torque about the shaft, which a 3-DOF device cannot show; n/a without a trocar", reported},
         {"saturated_ticks", "1", Better::lower, "Ticks in which the tip force was larger than the device's largest",
-         told},
-        {"grasped_max", "1", Better::neither, "Most tissue vertices held by a grasp in a tick", told},
-        {"detached", "1", Better::neither, "Grasped vertices that slipped or tore loose", told},
-        {"max_strain", "1", Better::lower, "Largest edge strain of the tissue (1 = doubled length)", told},
+         reported},
+        {"grasped_max", "1", Better::neither, "Most tissue vertices held by a grasp in a tick", reported},
+        {"detached", "1", Better::neither, "Grasped vertices that slipped or tore loose", reported},
+        {"max_strain", "1", Better::lower, "Largest edge strain of the tissue (1 = doubled length)", reported},
         {"ruptures", "1", Better::neither,
          "Places where tissue gave way: pressed for 5 ms with all that a contact's limit allows, or deeper than 0.1 mm "
          "at its strain limit",
-         told},
+         reported},
         {"contacts_offered", "1", Better::neither, "Contacts of the generator, summed over the ticks", counters},
-        {"contacts_used", "1", Better::neither, "Of these, contacts with a part in the response's effect", told},
+        {"contacts_used", "1", Better::neither, "Of these, contacts with a part in the response's effect", reported},
         {"k_effective_n_per_m", "N/m", Better::neither,
-         "Contact stiffness in force, of the stiffest pair with tissue; n/a: the response has no force law", told},
-        {"mu_effective_ns_per_m", "N s/m", Better::neither, "Contact damping in force, of the same pair", told},
-        {"relaxation_time_effective_s", "s", Better::neither, "mu / k in force, of the same pair", told},
+         "Contact stiffness in force, of the stiffest pair with tissue; n/a: the response has no force law", reported},
+        {"mu_effective_ns_per_m", "N s/m", Better::neither, "Contact damping in force, of the same pair", reported},
+        {"relaxation_time_effective_s", "s", Better::neither, "mu / k in force, of the same pair", reported},
         {"damping_ratio", "1", Better::neither,
-         "mu / (2 sqrt(k m)) in force, with the mean mass m of a tissue vertex; 1: critical", told},
+         "mu / (2 sqrt(k m)) in force, with the mean mass m of a tissue vertex; 1: critical", reported},
         {"skipped_apart", "1", Better::neither, "Of the others: not passed on, further apart than the look-ahead",
-         told},
-        {"skipped_no_direction", "1", Better::neither, "Of the others: touch, coplanar, degenerate", told},
-        {"skipped_not_handled", "1", Better::neither, "Of the others: the method has no answer to them", told},
-        {"skipped_reduced", "1", Better::neither, "Of the others: another contact stands for them", told},
-        {"no_hit", "1", Better::lower, "Projections for which no contact point was found, summed over the ticks", told},
-        {"limited_edges", "1", Better::lower, "Edges that the strain limiter acted on, summed over the ticks", told},
+         reported},
+        {"skipped_no_direction", "1", Better::neither, "Of the others: touch, coplanar, degenerate", reported},
+        {"skipped_not_handled", "1", Better::neither, "Of the others: the method has no answer to them", reported},
+        {"skipped_reduced", "1", Better::neither, "Of the others: another contact stands for them", reported},
+        {"no_hit", "1", Better::lower, "Projections for which no contact point was found, summed over the ticks",
+         reported},
+        {"limited_edges", "1", Better::lower, "Edges that the strain limiter acted on, summed over the ticks",
+         reported},
         {"force_rms_n", "N", Better::neither, "Root mean square of the tool force", force},
         {"force_max_n", "N", Better::neither, "Largest tool force (mean over a tick)", force},
         {"force_jump_p99_n", "N", Better::lower,
@@ -216,7 +223,8 @@ void add_outcome(std::vector<SummaryFigure>& list) {
          force},
         {"force_without_touch_m", "m", Better::lower,
          "Contact force at a distance: per body pair the largest clearance (the smaller of the tick's start and end) "
-         "in a tick with more than 1 % of the pair's peak force. n/a where forces of pairs are not told apart, where "
+         "in a tick with more than 1 % of the pair's peak force. n/a where forces of pairs are not distinguished, "
+         "where "
          "no tick had force, and where not every tick was judged",
          geometry},
         {"force_flips", "1", Better::lower, "Ticks on which the tool force turned by more than 90 degrees", force},
@@ -224,7 +232,7 @@ void add_outcome(std::vector<SummaryFigure>& list) {
          "Root mean square of the part of the tool force above 30 Hz, where no hand moves", force},
         {"force_above_30hz_share", "1", Better::lower, "Share of the tool force's energy above 30 Hz", force}};
     list.insert(list.end(), more.begin(), more.end());
-    add_books(list);
+    add_audit(list);
 }
 
 void add_reference(std::vector<SummaryFigure>& list) {
@@ -281,20 +289,20 @@ void add_pair_study(std::vector<SummaryFigure>& list) {
     }
 }
 
-void add_certificate(std::vector<SummaryFigure>& list) {
+void add_metamorphic(std::vector<SummaryFigure>& list) {
     constexpr const char* asked = "the method asked twice";
-    list.push_back({"certificate_pairs", "1", Better::neither,
-                    "Pairs of all frames that a detector's certificate asks about", asked});
+    list.push_back({"metamorphic_pairs", "1", Better::neither,
+                    "Pairs of all frames that a detector's metamorphic test asks about", asked});
     for (const auto& [name, what] :
          {std::pair{"twice", "the same question again in the same process"},
           std::pair{"triangles", "the triangles of every body (for detectors also its vertices) in another order"},
           std::pair{"bodies", "the bodies in the opposite order (for responses those of one kind)"},
-          std::pair{"swapped", "two bodies that are tested against each other told the other way round"},
+          std::pair{"swapped", "two bodies that are tested against each other reported the other way round"},
           std::pair{"origin", "the origin 18 m away"},
           std::pair{"unit", "lengths in millimetres (responses: read from a file in millimetres)"}}) {
         const std::string key = std::string("certificate_") + name;
         list.push_back({key + "_pairs", "1", Better::lower,
-                        std::string("Pairs that a detector tells in one of two answers only: ") + what, asked});
+                        std::string("Pairs that a detector reports in one of two answers only: ") + what, asked});
         list.push_back({key + "_m", "m", Better::lower,
                         std::string("Largest distance of a vertex between two runs of a closed loop: ") + what, asked});
         list.push_back({key + "_n", "N", Better::lower,
@@ -313,7 +321,7 @@ std::vector<SummaryFigure> make_figures() {
     add_reference(list);
     add_paced(list);
     add_pair_study(list);
-    add_certificate(list);
+    add_metamorphic(list);
     return list;
 }
 

@@ -17,7 +17,7 @@ ForceWithoutTouch::ForceWithoutTouch(const Topology& topology, const Frame& firs
 }
 
 /// -1: not known. A contact with a body at rest does not name it: it is the one that the pushed body has a pair with.
-Index ForceWithoutTouch::pair_of(const LinearContact& contact) const {
+Index ForceWithoutTouch::pair_of(const ContactForceLaw& contact) const {
     const Topology& topology = *topology_;
     const Index pushed = topology.body_of_vertex(any_vertex(contact.vertices));
     if (pushed < 0) return -1;
@@ -62,27 +62,27 @@ void ForceWithoutTouch::keep(Pair& pair, double force, double clearance) {
     pair.samples.push_back({force, clearance});
 }
 
-void ForceWithoutTouch::observe(const Frame& after, const Effect& effect, std::span<const ContactLoad> loads,
+void ForceWithoutTouch::observe(const Frame& after, const ResponseOutput& output, std::span<const ContactForce> loads,
                                 const Bound& bound) {
     for (Pair& pair : pairs_) pair.force = 0.0;
-    for (std::size_t c = 0; c < std::min(effect.contacts.size(), loads.size()); ++c) {
+    for (std::size_t c = 0; c < std::min(output.contacts.size(), loads.size()); ++c) {
         const double force = loads[c].force.norm();
-        if (effect.contacts[c].bilateral() || force == 0.0) continue;
-        const Index pair = pair_of(effect.contacts[c]);
+        if (output.contacts[c].bilateral() || force == 0.0) continue;
+        const Index pair = pair_of(output.contacts[c]);
         if (pair < 0) {
-            untold_ = true;
+            unreported_ = true;
         } else {
             pairs_[at(pair)].force += force;
         }
     }
-    const bool placed =
-        std::any_of(effect.placements.begin(), effect.placements.end(), [](const Placement& one) { return !one.held; });
-    const bool wrenches = std::any_of(effect.wrench.begin(), effect.wrench.end(),
+    const bool placed = std::any_of(output.position_corrections.begin(), output.position_corrections.end(),
+                                    [](const PositionCorrection& one) { return !one.held; });
+    const bool wrenches = std::any_of(output.wrench.begin(), output.wrench.end(),
                                       [](const Wrench& one) { return !one.force.isZero(0.0); });
-    untold_ = untold_ || placed || wrenches || !effect.held_force.isZero(0.0);
+    unreported_ = unreported_ || placed || wrenches || !output.held_force.isZero(0.0);
     for (std::size_t number = 0; number < pairs_.size(); ++number) {
         Pair& pair = pairs_[number];
-        if (counted_[number] == 0 || untold_) continue;
+        if (counted_[number] == 0 || unreported_) continue;
         const auto [a, b] = topology_->body_pairs[number];
         const double start = pair.start;
         pair.start = bound(a, b);
@@ -104,7 +104,7 @@ void ForceWithoutTouch::observe(const Frame& after, const Effect& effect, std::s
 double ForceWithoutTouch::largest() const {
     constexpr double of_peak = 0.01;
     double largest = std::numeric_limits<double>::quiet_NaN();
-    if (untold_) return largest;
+    if (unreported_) return largest;
     for (const Pair& pair : pairs_) {
         for (const Sample& one : pair.samples) {
             if (one.force > of_peak * pair.peak) largest = std::fmax(largest, one.clearance);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "contact/contact.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -22,11 +22,12 @@ public:
     /// m, an upper bound of the clearance of two bodies on the frame of the call, 0 where one is inside the other.
     using Bound = std::function<double(Index body_a, Index body_b)>;
     /// After every tick: the frame after it, its effect, and what its contacts gave.
-    void observe(const Frame& after, const Effect& effect, std::span<const ContactLoad> loads, const Bound& bound);
+    void observe(const Frame& after, const ResponseOutput& output, std::span<const ContactForce> loads,
+                 const Bound& bound);
 
     /// m: per pair the largest, over ticks with more than 1 % of the pair's peak force, of the smaller of the
-    /// clearances at the tick's start and end; the largest over pairs. NaN without such a tick, and where an effect has
-    /// forces that no contact carries, so that pairs cannot be told apart.
+    /// clearances at the tick's start and end; the largest over pairs. NaN without such a tick, and where a response
+    /// output has forces that no contact carries, so that pairs cannot be distinguished.
     [[nodiscard]] double largest() const;
 
 private:
@@ -42,7 +43,7 @@ private:
         double peak = 0.0;                            ///< N
         std::vector<Sample> samples;                  ///< none has less force and less clearance than another
     };
-    [[nodiscard]] Index pair_of(const LinearContact& contact) const;
+    [[nodiscard]] Index pair_of(const ContactForceLaw& contact) const;
     [[nodiscard]] double clearance(const Frame& frame, Index pair, double bound);
     static void keep(Pair& pair, double force, double clearance);
 
@@ -51,7 +52,7 @@ private:
     std::vector<Pair> pairs_;  ///< per Topology::body_pairs entry
     Frame before_;             ///< positions at the start of the tick
     std::vector<TrianglePair> near_;
-    bool untold_ = false;
+    bool unreported_ = false;
 };
 
 }  // namespace trocar

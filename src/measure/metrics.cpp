@@ -70,17 +70,18 @@ void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
     double reported = 0;
     double truth = 0;
     double touch = 0;
-    double missing = 0;
-    double missing_touch = 0;
-    double extra = 0;
+    double false_negatives = 0;
+    double false_negatives_touch = 0;
+    double false_positives = 0;
     double near = not_known;
-    double missed = not_known;
+    double proximity_false_negatives = not_known;
     std::vector<double> reaches;
     for (const StepRow& row : rows) {
-        if (row.reach > 0.0) reaches.push_back(row.reach);
-        if (row.true_near >= 0) {
-            near = (std::isnan(near) ? 0.0 : near) + static_cast<double>(row.true_near);
-            missed = (std::isnan(missed) ? 0.0 : missed) + static_cast<double>(row.missed);
+        if (row.query_distance > 0.0) reaches.push_back(row.query_distance);
+        if (row.true_proximity_pairs >= 0) {
+            near = (std::isnan(near) ? 0.0 : near) + static_cast<double>(row.true_proximity_pairs);
+            proximity_false_negatives = (std::isnan(proximity_false_negatives) ? 0.0 : proximity_false_negatives) +
+                                        static_cast<double>(row.proximity_false_negatives);
         }
         work.push_back(static_cast<double>(row.work.work()));
         pair_sum += static_cast<double>(row.pairs);
@@ -90,11 +91,11 @@ void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
         judged += 1;
         reported += static_cast<double>(row.pairs);
         truth += static_cast<double>(row.true_pairs);
-        // NaN as soon as one judged tick does not tell.
+        // NaN as soon as one judged tick does not report.
         touch += row.true_touch < 0 ? not_known : static_cast<double>(row.true_touch);
-        missing += static_cast<double>(row.missing);
-        missing_touch += static_cast<double>(row.missing_touch);
-        extra += static_cast<double>(row.extra);
+        false_negatives += static_cast<double>(row.false_negatives);
+        false_negatives_touch += static_cast<double>(row.false_negatives_touch);
+        false_positives += static_cast<double>(row.false_positives);
     }
     figures["work_median"] = median(work);
     figures["work_max"] = largest(work);
@@ -104,41 +105,43 @@ void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
     figures["pairs_max"] = pairs.empty() ? 0.0 : largest(pairs);
     figures["judged_ticks"] = judged;
     const bool known = judged > 0;
-    const double precision = ratio(reported - extra, reported);
-    const double recall = ratio(truth - missing, truth);
+    const double precision = ratio(reported - false_positives, reported);
+    const double recall = ratio(truth - false_negatives, truth);
     figures["true_pairs"] = known ? truth : not_known;
     figures["true_touches"] = known ? touch : not_known;
-    figures["missing"] = known ? missing : not_known;
-    figures["missing_touch"] = known ? missing_touch : not_known;
-    figures["extra"] = known ? extra : not_known;
-    figures["reach_median_m"] = median(reaches);
-    figures["reach_max_m"] = reaches.empty() ? not_known : largest(reaches);
-    figures["true_near"] = near;
-    figures["missed"] = missed;
+    figures["false_negatives"] = known ? false_negatives : not_known;
+    figures["false_negatives_touch"] = known ? false_negatives_touch : not_known;
+    figures["false_positives"] = known ? false_positives : not_known;
+    figures["query_distance_median_m"] = median(reaches);
+    figures["query_distance_max_m"] = reaches.empty() ? not_known : largest(reaches);
+    figures["true_proximity_pairs"] = near;
+    figures["proximity_false_negatives"] = proximity_false_negatives;
     figures["precision"] = precision;
     figures["recall"] = recall;
-    figures["recall_without_touches"] = ratio((truth - touch) - (missing - missing_touch), truth - touch);
-    figures["f1"] = ratio(2.0 * (truth - missing), 2.0 * (truth - missing) + missing + extra);
+    figures["recall_without_touches"] =
+        ratio((truth - touch) - (false_negatives - false_negatives_touch), truth - touch);
+    figures["f1"] =
+        ratio(2.0 * (truth - false_negatives), 2.0 * (truth - false_negatives) + false_negatives + false_positives);
 }
 
 void add_swept(const std::vector<StepRow>& rows, Figures& figures) {
     double truth = 0;
-    double missing = 0;
-    double extra = 0;
+    double false_negatives = 0;
+    double false_positives = 0;
     double error = not_known;
     bool known = false;
     for (const StepRow& row : rows) {
         if (row.true_swept < 0) continue;
         known = true;
         truth += static_cast<double>(row.true_swept);
-        missing += static_cast<double>(row.missing_swept);
-        extra += static_cast<double>(row.extra_swept);
+        false_negatives += static_cast<double>(row.swept_false_negatives);
+        false_positives += static_cast<double>(row.swept_false_positives);
         error = std::fmax(error, row.swept_time_error);
     }
     if (!known) return;
     figures["true_swept"] = truth;
-    figures["missing_swept"] = missing;
-    figures["extra_swept"] = extra;
+    figures["swept_false_negatives"] = false_negatives;
+    figures["swept_false_positives"] = false_positives;
     figures["swept_time_error_max"] = error;
 }
 
@@ -165,24 +168,24 @@ void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
         volume.push_back(row.overlap_volume);
         translation.push_back(row.min_translation);
         overshoot.push_back(row.overshoot);
-        if (row.mean_depth > 0.0) area_mean.push_back(row.mean_depth);
+        if (row.residual_penetration_mean > 0.0) area_mean.push_back(row.residual_penetration_mean);
         if (row.wrong_side_vertices >= 0) wrong_vertices.push_back(static_cast<double>(row.wrong_side_vertices));
         if (row.wrong_side >= 0) wrong_side.push_back(static_cast<double>(row.wrong_side));
         if (row.side_undecided >= 0) undecided.push_back(static_cast<double>(row.side_undecided));
-        if (std::isnan(row.max_depth)) continue;
-        residual_last = row.max_depth;
-        residual_max = std::fmax(residual_max, row.max_depth);
-        if (row.pairs > 0 || row.max_depth > 0.0) residual.push_back(row.max_depth);
+        if (std::isnan(row.residual_penetration)) continue;
+        residual_last = row.residual_penetration;
+        residual_max = std::fmax(residual_max, row.residual_penetration);
+        if (row.pairs > 0 || row.residual_penetration > 0.0) residual.push_back(row.residual_penetration);
     }
     figures["depth_error_median_m"] = median(errors);
     figures["depth_error_max_m"] = largest(errors);
     figures["native_depth_error_median_m"] = median(native_errors);
     figures["native_depth_error_max_m"] = largest(native_errors);
     // A run without any contact has left nothing, which is an answer; a run without truth has none.
-    figures["residual_median_m"] = residual.empty() && !std::isnan(residual_max) ? 0.0 : median(residual);
-    figures["residual_max_m"] = residual_max;
-    figures["residual_last_m"] = residual_last;
-    figures["residual_mean_m"] = area_mean.empty() && !std::isnan(residual_max) ? 0.0 : median(area_mean);
+    figures["residual_penetration_median_m"] = residual.empty() && !std::isnan(residual_max) ? 0.0 : median(residual);
+    figures["residual_penetration_max_m"] = residual_max;
+    figures["residual_penetration_final_m"] = residual_last;
+    figures["residual_penetration_mean_m"] = area_mean.empty() && !std::isnan(residual_max) ? 0.0 : median(area_mean);
     figures["overlap_volume_max_m3"] = largest(volume);
     figures["min_translation_max_m"] = largest(translation);
     // Nothing came free of anything: there was nothing to throw too far.
@@ -208,10 +211,10 @@ void add_clearing(const std::vector<StepRow>& rows, double motion_end, Figures& 
     bool known = false;
     std::int64_t since = -1;  // tick of the first depth of the open spell
     for (const StepRow& row : rows) {
-        if (std::isnan(row.max_depth)) continue;
+        if (std::isnan(row.residual_penetration)) continue;
         known = true;
-        if (row.time >= motion_end + settle_time) settled = std::fmax(settled, row.max_depth);
-        const bool deep = row.max_depth > clear_depth;
+        if (row.time >= motion_end + settle_time) settled = std::fmax(settled, row.residual_penetration);
+        const bool deep = row.residual_penetration > clear_depth;
         if (deep && since < 0) {
             since = row.tick;
             spells += 1.0;
@@ -224,7 +227,7 @@ void add_clearing(const std::vector<StepRow>& rows, double motion_end, Figures& 
     figures["ticks_to_clear_max"] = largest(ticks);
     figures["uncleared"] = known ? (since >= 0 ? 1.0 : 0.0) : not_known;
     figures["re_penetrations"] = known ? std::max(0.0, spells - 1.0) : not_known;
-    figures["residual_settled_m"] = settled;
+    figures["residual_penetration_settled_m"] = settled;
 }
 
 /// Largest size of a vector over the rows, and its largest change from one to the next.
@@ -399,13 +402,13 @@ std::map<std::string, double> summarize(const std::vector<StepRow>& rows, const 
 std::map<std::string, double> summarize(const std::vector<ContactEvent>& events) {
     Figures figures;
     std::vector<double> latency;
-    double missed = 0;
+    double proximity_false_negatives = 0;
     for (const ContactEvent& event : events) {
-        missed += event.missed() ? 1.0 : 0.0;
+        proximity_false_negatives += event.missed() ? 1.0 : 0.0;
         if (!event.missed()) latency.push_back(event.seen - event.begin);
     }
     figures["contact_events"] = static_cast<double>(events.size());
-    figures["contact_events_missed"] = missed;
+    figures["contact_events_missed"] = proximity_false_negatives;
     figures["onset_latency_median_s"] = median(latency);
     figures["onset_latency_max_s"] = largest(latency);
     return figures;

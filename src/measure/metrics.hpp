@@ -32,7 +32,7 @@ const std::vector<SummaryFigure>& summary_figures();
 /// Throws std::logic_error for an unknown name.
 const SummaryFigure& summary_figure(std::string_view name);
 
-/// Column header with the unit: "residual_max_m [m]"; a pure number has none.
+/// Column header with the unit: "residual_penetration_max_m [m]"; a pure number has none.
 std::string header_of(const SummaryFigure& figure);
 
 inline constexpr double clear_depth = 1.0e-4;        ///< m; a depth up to this counts as cleared
@@ -40,7 +40,7 @@ inline constexpr double settle_time = 0.2;           ///< s after the last key o
 inline constexpr double force_cutoff_hz = 30.0;      ///< a hand moves below, a jitter lies above
 inline constexpr double haptic_deadline_ns = 1.0e6;  ///< ns, 1 kHz
 
-/// What the rows do not tell about their run.
+/// What the rows do not report about their run.
 struct SummaryContext {
     /// Time of a tick in a "replay" is update + detect; in every other kind of run it is all stages present.
     std::string_view mode = "closed_loop";

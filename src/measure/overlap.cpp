@@ -191,8 +191,8 @@ std::optional<OverlapTruth::Bundle> OverlapTruth::turn_to(const Vector3& directi
     return shared;
 }
 
-std::array<double, 2> OverlapTruth::ways_out(const Topology& topology, const BodyRange& a, const BodyRange& b,
-                                             const Bundle& bundle, int stride) {
+std::array<double, 2> OverlapTruth::paths_out(const Topology& topology, const BodyRange& a, const BodyRange& b,
+                                              const Bundle& bundle, int stride) {
     cast(topology, a, b, bundle, stride);
     // Moving the first body by t along the line brings [a0, a1] and [b0, b1] together for b0 - a1 < t < b1 - a0.
     forbidden_.clear();
@@ -227,7 +227,7 @@ Overlap OverlapTruth::measure(const Topology& topology, const Matrix3X& position
     }
     turned_.resize(3, position.cols());
     const std::span<const Vector3> directions = translation_directions();
-    // World z gives the volume, and tells whether there is anything to come out of.
+    // World z gives the volume, and says whether there is anything to come out of.
     const auto upwards = turn_to(directions.front(), position, a, b);
     if (!upwards) return {};
     Bundle narrowed = *upwards;
@@ -241,7 +241,7 @@ Overlap OverlapTruth::measure(const Topology& topology, const Matrix3X& position
     for (const Vector3& direction : directions) {
         const auto shared = turn_to(direction, position, a, b);
         if (!shared) return {};
-        const auto [up, down] = ways_out(topology, a, b, *shared, few);
+        const auto [up, down] = paths_out(topology, a, b, *shared, few);
         least_.push_back(std::min(up, down));
     }
     const std::span<const double> least = least_;
@@ -253,13 +253,13 @@ Overlap OverlapTruth::measure(const Topology& topology, const Matrix3X& position
     for (const std::size_t d : order_) {
         if (least[d] > shortest) break;
         const auto shared = turn_to(directions[d], position, a, b);
-        const auto [up, down] = ways_out(topology, a, b, *shared, 1);
+        const auto [up, down] = paths_out(topology, a, b, *shared, 1);
         // A bundle whose lines all miss the overlap says nothing about its direction.
         if (up == 0.0 && down == 0.0) continue;
-        const double way = std::min(up, down);
+        const double path = std::min(up, down);
         // Of equal ways the direction that is named first.
-        if (way > shortest || (way == shortest && d > best)) continue;
-        shortest = way;
+        if (path > shortest || (path == shortest && d > best)) continue;
+        shortest = path;
         best = d;
         result.direction = (up <= down ? 1.0 : -1.0) * directions[d];
     }

@@ -1,6 +1,6 @@
-// How much two closed bodies overlap, as the two figures that a depth does not tell: the volume that both fill, and the
-// shortest way by which one would have to be moved to come free. Both come from parallel lines through the surfaces and
-// read no contact, no pair and no method.
+// How much two closed bodies overlap, as the two figures that a depth does not report: the volume that both fill, and
+// the shortest way by which one would have to be moved to come free. Both come from parallel lines through the surfaces
+// and read no contact, no pair and no method.
 #pragma once
 
 #include <array>
@@ -64,8 +64,8 @@ private:
                                                 const BodyRange& b);
     /// Way out along the lines in either sense, m, 0 where they miss the overlap; from every stride-th line each way,
     /// which is a lower bound.
-    [[nodiscard]] std::array<double, 2> ways_out(const Topology& topology, const BodyRange& a, const BodyRange& b,
-                                                 const Bundle& bundle, int stride);
+    [[nodiscard]] std::array<double, 2> paths_out(const Topology& topology, const BodyRange& a, const BodyRange& b,
+                                                  const Bundle& bundle, int stride);
 
     Matrix3X turned_;
     Lines lines_a_;

@@ -44,11 +44,12 @@ void true_pairs(const Topology& topology, const Frame& frame, std::vector<Triang
     find_pairs(topology, frame, 0.0, oracle_intersect, pairs);
 }
 
-void true_near_pairs(const Topology& topology, const Frame& frame, double reach, std::vector<TrianglePair>& pairs) {
+void true_near_pairs(const Topology& topology, const Frame& frame, double query_distance,
+                     std::vector<TrianglePair>& pairs) {
     find_pairs(
-        topology, frame, 0.5 * reach,
-        [reach](const Corners& first, const Corners& second) {
-            return is_within_reach(first, second, reach) && !oracle_intersect(first, second);
+        topology, frame, 0.5 * query_distance,
+        [query_distance](const Corners& first, const Corners& second) {
+            return is_within_query_distance(first, second, query_distance) && !oracle_intersect(first, second);
         },
         pairs);
 }
@@ -78,12 +79,12 @@ PairErrors compare_pairs(const std::vector<TrianglePair>& reported, const std::v
             ++matched;
             continue;
         }
-        ++errors.missing;
+        ++errors.false_negatives;
         if (std::binary_search(truth_touch.begin(), truth_touch.end(), static_cast<Index>(i))) {
-            ++errors.missing_touch;
+            ++errors.false_negatives_touch;
         }
     }
-    errors.extra = static_cast<std::int64_t>(found.size() - matched);
+    errors.false_positives = static_cast<std::int64_t>(found.size() - matched);
     return errors;
 }
 

@@ -14,9 +14,11 @@ namespace trocar {
 /// Triangles with a non-finite corner are left out: what a method owes on such a frame is the outcome not_finite.
 void true_pairs(const Topology& topology, const Frame& frame, std::vector<TrianglePair>& pairs);
 
-/// All pairs of the topology's body pairs that do not meet (same oracle) and are at most `reach` (m) apart, sorted.
-/// Candidates of its own; the distance is that of geometry/triangle_distance, which every detector decides with.
-void true_near_pairs(const Topology& topology, const Frame& frame, double reach, std::vector<TrianglePair>& pairs);
+/// All pairs of the topology's body pairs that do not meet (same oracle) and are at most `query_distance` (m) apart,
+/// sorted. Candidates of its own; the distance is that of geometry/triangle_distance, which every detector decides
+/// with.
+void true_near_pairs(const Topology& topology, const Frame& frame, double query_distance,
+                     std::vector<TrianglePair>& pairs);
 
 /// Positions in `pairs` that only touch (touch-vertex or touch-edge); ascending. Degenerate triangles have no touch
 /// class.
@@ -24,9 +26,9 @@ std::vector<Index> touching_pairs(const Topology& topology, const Frame& frame, 
 
 /// How a reported set differs from the true one.
 struct PairErrors {
-    std::int64_t missing = 0;        ///< true pairs that were not reported
-    std::int64_t extra = 0;          ///< reported pairs that are not true
-    std::int64_t missing_touch = 0;  ///< those of `missing` that only touch
+    std::int64_t false_negatives = 0;        ///< true pairs that were not reported
+    std::int64_t false_positives = 0;        ///< reported pairs that are not true
+    std::int64_t false_negatives_touch = 0;  ///< those of `false_negatives` that only touch
 };
 /// `reported` in any order, repeats count once; `truth` sorted; `truth_touch` = positions in `truth` that only touch.
 PairErrors compare_pairs(const std::vector<TrianglePair>& reported, const std::vector<TrianglePair>& truth,

@@ -143,13 +143,13 @@ double PassageTruth::half_width_of(Index body) const {
             const auto face = topology.triangles.col(other);
             const double slope = normal.dot(inwards);
             if (slope <= 0.0) return;
-            const double way = normal.dot(shape_.col(face[0]) - middle) / slope;
-            const Vector3 hit = middle + way * inwards;
-            if (way <= 0.0 || way >= nearest) return;
+            const double path = normal.dot(shape_.col(face[0]) - middle) / slope;
+            const Vector3 hit = middle + path * inwards;
+            if (path <= 0.0 || path >= nearest) return;
             constexpr double on_the_face = 1e-9;  // of the body's size
             const double squared =
                 squared_distance_to_triangle(shape_.col(face[0]), shape_.col(face[1]), shape_.col(face[2]), hit);
-            if (std::sqrt(squared) <= on_the_face * across) nearest = way;
+            if (std::sqrt(squared) <= on_the_face * across) nearest = path;
         });
         const Vector3 point = middle + 0.5 * nearest * inwards;
         if (nearest < across) {

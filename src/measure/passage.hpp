@@ -1,5 +1,5 @@
 // Whether a body has been led through another where no tissue lies between the two (instrument and instrument,
-// instrument and bone): the truth about what a script or a strong hand does to bodies that cannot give way. It looks at
+// instrument and bone): the truth about what a script or a strong hand does to bodies that cannot give way. It examines
 // the motion alone, so it is the same for every response, and no run says nothing about it.
 //
 // Samples are the vertices of one body and points on its edges, no farther apart than the other body's volume over its
@@ -11,7 +11,7 @@
 //   in comes out where it went in; what slides along a surface or cuts a corner comes out beside it or was only
 //   shallow.
 // * Open: when the two surfaces are apart again and a sample is on the other side.
-// Both bodies of a pair are looked at as the other's samples. A passage is counted once, at the tick at which the first
+// Both bodies of a pair are examined as the other's samples. A passage is counted once, at the tick at which the first
 // sample is through; the same two bodies can make another one only after all samples have been out.
 #pragma once
 
@@ -30,8 +30,8 @@ public:
     /// Starts at the scene's first frame. The scene outlives the object.
     explicit PassageTruth(const Scene& scene);
 
-    /// To be told every frame after a step, in order. Returns how many passages were completed since the one before;
-    /// -1: the scene has no two bodies to ask about.
+    /// To be reported every frame after a step, in order. Returns how many passages were completed since the one
+    /// before; -1: the scene has no two bodies to ask about.
     std::int64_t follow(const Frame& frame);
 
 private:

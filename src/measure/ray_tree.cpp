@@ -149,7 +149,7 @@ void RayTree::find_slanted(const Triangles& triangles, const Matrix3X& position,
         longest = length;
         slanted.vertex = {u, v, -1};
     }
-    // Most nodes are told at the first triangle: it is not long for the node.
+    // Most nodes are reported at the first triangle: it is not long for the node.
     if (longest == 0.0 || longest < 0.25 * (node.box.max - node.box.min).maxCoeff()) return;
     const Vector3 origin = position.col(slanted.vertex[0]);
     const Vector3 along = (position.col(slanted.vertex[1]) - origin) / longest;
@@ -205,13 +205,13 @@ void RayTree::refit(const Triangles& triangles, const Matrix3X& position) {
     for (Slanted& slanted : slanted_) fit(triangles, position, slanted);
 }
 
-bool RayTree::may_meet(const Way& way, const Slanted& slanted, double begin, double end) const {
+bool RayTree::may_meet(const Way& path, const Slanted& slanted, double begin, double end) const {
     // Where sizes are so small that a margin is none, nothing is passed over.
-    if (!(way.margin > 1e-280)) return true;
+    if (!(path.margin > 1e-280)) return true;
     for (int axis = 0; axis < 3; ++axis) {
-        const double from = slanted.axes.row(axis).dot(way.from);
-        const double along = slanted.axes.row(axis).dot(way.along);
-        if (!clip(from, along, slanted.low[axis] - way.margin, slanted.high[axis] + way.margin, begin, end)) {
+        const double from = slanted.axes.row(axis).dot(path.from);
+        const double along = slanted.axes.row(axis).dot(path.along);
+        if (!clip(from, along, slanted.low[axis] - path.margin, slanted.high[axis] + path.margin, begin, end)) {
             return false;
         }
     }

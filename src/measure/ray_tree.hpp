@@ -1,6 +1,6 @@
 // The triangles of one body in a tree of boxes, so that truth finds those over a point or along a segment without
-// looking at all of them. Its memory is that of the triangles, however long and thin they are. Shared with no
-// contestant.
+// examining all of them. Its memory is that of the triangles, however long and thin they are. Shared with no
+// method.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ public:
     void refit(const Triangles& triangles, const Matrix3X& position);
 
     /// Signed crossings of the upward ray from p with the surface. Exact. Of triangles that all lie above p only the
-    /// rim of what they make together is looked at, where that is shorter: seen from p their signed crossings are the
+    /// rim of what they make together is examined, where that is shorter: seen from p their signed crossings are the
     /// number of times that the rim goes round (Jacobson, Kavan and Sorkine-Hornung 2013, by their tree).
     [[nodiscard]] int crossings(const Triangles& triangles, const Matrix3X& position, const Vector3& p,
                                 RayWork* work = nullptr) const;
@@ -97,20 +97,20 @@ private:
         end = std::min(end, std::max(one, other));
         return begin <= end;
     }
-    [[nodiscard]] bool may_meet(const Way& way, const Slanted& slanted, double begin, double end) const;
-    [[nodiscard]] bool may_meet(const Way& way, const Node& node, int axes) const {
+    [[nodiscard]] bool may_meet(const Way& path, const Slanted& slanted, double begin, double end) const;
+    [[nodiscard]] bool may_meet(const Way& path, const Node& node, int axes) const {
         double begin = 0.0;
-        double end = way.end;
+        double end = path.end;
         for (int axis = 0; axis < axes; ++axis) {
-            const double low = node.box.min[axis] - middle_[axis] - way.margin;
-            const double high = node.box.max[axis] - middle_[axis] + way.margin;
-            if (!clip(way.from[axis], way.along[axis], low, high, begin, end)) return false;
+            const double low = node.box.min[axis] - middle_[axis] - path.margin;
+            const double high = node.box.max[axis] - middle_[axis] + path.margin;
+            if (!clip(path.from[axis], path.along[axis], low, high, begin, end)) return false;
         }
         return axes < 3 || node.slanted < 0 ||
-               may_meet(way, slanted_[static_cast<std::size_t>(node.slanted)], begin, end);
+               may_meet(path, slanted_[static_cast<std::size_t>(node.slanted)], begin, end);
     }
     template <typename Act>
-    void visit(const Way& way, int axes, const Act& act, RayWork* work) const {
+    void visit(const Way& path, int axes, const Act& act, RayWork* work) const {
         if (nodes_.empty()) return;
         Waiting waiting;
         waiting.push(0);
@@ -118,7 +118,7 @@ private:
             const Index at = waiting.pop();
             const Node& node = nodes_[static_cast<std::size_t>(at)];
             if (work != nullptr) ++work->nodes;
-            if (!may_meet(way, node, axes)) continue;
+            if (!may_meet(path, node, axes)) continue;
             if (node.second >= 0) {
                 waiting.push(node.second);
                 waiting.push(at + 1);
@@ -128,7 +128,7 @@ private:
             for (Index i = node.first; i < node.first + node.count; ++i) act(order_[static_cast<std::size_t>(i)]);
         }
     }
-    /// Nodes still to be looked at. A tree over 2^31 triangles is at most 31 deep, and each level leaves at most one
+    /// Nodes still to be examined. A tree over 2^31 triangles is at most 31 deep, and each level leaves at most one
     /// sibling waiting.
     class Waiting {
     public:

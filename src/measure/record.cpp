@@ -43,7 +43,7 @@ template <typename Spec, typename Visit>
 void visit_optional_spec(Spec& spec, Visit&& visit) {
     visit("stepper", spec.stepper);
     visit("device", spec.device);
-    visit("reach_margin", spec.reach_margin);
+    visit("query_distance_margin", spec.query_distance_margin);
     visit("overrides", spec.overrides);
     visit("knob", spec.knob);
     visit("point", spec.point);
@@ -58,25 +58,25 @@ void visit_row(Row& row, Visit&& visit) {
     for (std::size_t stage = 0; stage < stage_count; ++stage) {
         visit(fmt::format("{}_ns", stage_names.at(stage)), row.stage_ns.at(stage));
     }
-    visit("reach", row.reach);
+    visit("query_distance", row.query_distance);
     visit("pairs", row.pairs);
     visit("contacts_offered", row.contacts_offered);
     visit("contacts_used", row.contacts_used);
     visit("native_contacts", row.native_contacts);
     visit("true_pairs", row.true_pairs);
     visit("true_touch", row.true_touch);
-    visit("missing", row.missing);
-    visit("extra", row.extra);
-    visit("missing_touch", row.missing_touch);
-    visit("true_near", row.true_near);
-    visit("missed", row.missed);
+    visit("false_negatives", row.false_negatives);
+    visit("false_positives", row.false_positives);
+    visit("false_negatives_touch", row.false_negatives_touch);
+    visit("true_proximity_pairs", row.true_proximity_pairs);
+    visit("proximity_false_negatives", row.proximity_false_negatives);
     visit("swept", row.swept);
     visit("true_swept", row.true_swept);
-    visit("missing_swept", row.missing_swept);
-    visit("extra_swept", row.extra_swept);
+    visit("swept_false_negatives", row.swept_false_negatives);
+    visit("swept_false_positives", row.swept_false_positives);
     visit("swept_time_error", row.swept_time_error);
-    visit("max_depth", row.max_depth);
-    visit("mean_depth", row.mean_depth);
+    visit("residual_penetration", row.residual_penetration);
+    visit("residual_penetration_mean", row.residual_penetration_mean);
     visit("depth_error", row.depth_error);
     visit("native_depth_error", row.native_depth_error);
     visit("wrong_side", row.wrong_side);
@@ -440,8 +440,8 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
         if (spec.contains(name)) reader.read(spec[name], std::string("/spec/") + name, value);
     });
     reader.check_keys(spec, "/spec", known);
-    if (!record.spec.reach_margin.empty()) {
-        reader.check_number("/spec/reach_margin", record.spec.reach_margin, 0.0, 100.0);
+    if (!record.spec.query_distance_margin.empty()) {
+        reader.check_number("/spec/query_distance_margin", record.spec.query_distance_margin, 0.0, 100.0);
     }
     if (record.spec.mode == "ablation" && !is_ablation_point(record.spec)) {
         reader.fail("/spec/point", "'from' or 'to', with a knob also ' with ' and its value",

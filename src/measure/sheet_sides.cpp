@@ -72,7 +72,7 @@ std::size_t SheetSides::shell_of(std::size_t sample) const {
 void SheetSides::find_anchors() {
     const Range sheet = sheet_->range().triangles;
     if (sheet.count == 0) return;
-    // No vertex is farther from the sheet than from this point of it: most need not be looked at.
+    // No vertex is farther from the sheet than from this point of it: most need not be examined.
     const Vector3 of_sheet = sheet_->now().col(sheet_->topology().triangles(0, sheet.first));
     std::vector<double> most(shells_.size(), -1.0);
     for (std::size_t vertex = 0; vertex < shell_of_vertex_.size(); ++vertex) {
@@ -138,13 +138,13 @@ void SheetSides::follow_anchors() {
 /// moved over the point where it is now (the sheet's sweep is closed by walls along its rim).
 int SheetSides::rim_contribution(const Vector3& before, const Vector3& now) const {
     int sum = 0;
-    Box way;
-    way.add(before);
-    way.add(now);
+    Box path;
+    path.add(before);
+    path.add(now);
     for (const RimEdge& edge : sheet_->rim()) {
         const Vector3 u = sheet_->before().col(edge.from);
         const Vector3 v = sheet_->before().col(edge.to);
-        if (!apart_seen_from_above(Box{u.cwiseMin(v), u.cwiseMax(v)}, way)) {
+        if (!apart_seen_from_above(Box{u.cwiseMin(v), u.cwiseMax(v)}, path)) {
             sum += edge.count * edge_passage(u, v, before, now);
         }
     }
@@ -180,12 +180,12 @@ void SheetSides::find_near_rim() {
 /// Signed crossings of the curtain on the straight way, as they change the upward ray's.
 int SheetSides::curtain_passages(const Vector3& from, const Vector3& to) {
     if (near_rim_.empty()) return 0;
-    const Box way{from.cwiseMin(to), from.cwiseMax(to)};
+    const Box path{from.cwiseMin(to), from.cwiseMax(to)};
     int sum = 0;
-    // A curtain has no end: only what it looks like from above counts.
+    // A curtain has no end: only what it resembles from above counts.
     near_rim_tree_.visit_along_from_above(from, to, [&](Index i) {
         const auto number = static_cast<std::size_t>(i);
-        if (apart_seen_from_above(near_rim_box_[number], way)) return;
+        if (apart_seen_from_above(near_rim_box_[number], path)) return;
         const RimEdge& edge = near_rim_[number];
         sum += edge.count * edge_passage(sheet_->now().col(edge.from), sheet_->now().col(edge.to), from, to);
     });
@@ -212,7 +212,7 @@ void SheetSides::read_surface() {
     cross_edges();
     walk_edges();
     join_area_samples();
-    look_for_rim_inside();
+    search_for_rim_inside();
 }
 
 /// What every edge of the body crosses; the other way round it is the opposite.
@@ -282,7 +282,7 @@ void SheetSides::join_area_samples() {
 }
 
 /// Two ways over the surface that do not agree have the rim between them.
-void SheetSides::look_for_rim_inside() {
+void SheetSides::search_for_rim_inside() {
     const Index first = body_->range().vertices.first;
     const auto& edges = body_->edges();
     for (std::size_t i = 0; i < edges.size(); ++i) {

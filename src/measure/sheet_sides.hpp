@@ -31,7 +31,7 @@ enum class Side : std::uint8_t { right, wrong, undecided };
 ///   surface is undecided until the anchor is back.
 ///
 /// In the first frame the body's farthest vertex is on the right side, and the others' numbers count from there; where
-/// edges of the body pass through the sheet, the first of them tells which points are on the side that the scene
+/// edges of the body pass through the sheet, the first of them says which points are on the side that the scene
 /// declares (BodyRange::start_side), and those are right instead. So a tool may start deep. Ties are broken by thinking
 /// every sample moved by the same infinitesimal step, upwards first (Edelsbrunner and Mücke 1990).
 class SheetSides {
@@ -65,7 +65,7 @@ private:
     void cross_edges();
     void walk_edges();
     void join_area_samples();
-    void look_for_rim_inside();
+    void search_for_rim_inside();
     void hear_witnesses(bool first);
     void settle(std::size_t sample);
     void declare_start_side();

@@ -81,57 +81,58 @@ bool SpaceTimeTruth::measure(const Frame& frame) {
 void judge_swept(const Topology& topology, const SpaceTimeTruth& truth, const ContactSet& contacts, StepRow& row) {
     const std::vector<SweptContact>& beginnings = truth.beginnings();
     row.true_swept = static_cast<std::int64_t>(beginnings.size());
-    row.missing_swept = 0;
-    row.extra_swept = 0;
-    const auto told_time = [&contacts](const SweptContact& beginning) -> std::optional<double> {
-        for (const SweptContact& told : contacts.swept) {
-            if (told.a == beginning.a && told.b == beginning.b) return told.time;
+    row.swept_false_negatives = 0;
+    row.swept_false_positives = 0;
+    const auto reported_time = [&contacts](const SweptContact& beginning) -> std::optional<double> {
+        for (const SweptContact& reported : contacts.swept) {
+            if (reported.a == beginning.a && reported.b == beginning.b) return reported.time;
         }
         return std::nullopt;
     };
     for (const SweptContact& beginning : beginnings) {
-        if (const std::optional<double> time = told_time(beginning)) {
+        if (const std::optional<double> time = reported_time(beginning)) {
             row.swept_time_error = std::fmax(row.swept_time_error, std::abs(*time - beginning.time));
             continue;
         }
         const bool by_bodies =
-            std::any_of(contacts.swept.begin(), contacts.swept.end(), [&beginning](const SweptContact& told) {
-                return told.a < 0 && told.body_a == beginning.body_a && told.body_b == beginning.body_b;
+            std::any_of(contacts.swept.begin(), contacts.swept.end(), [&beginning](const SweptContact& reported) {
+                return reported.a < 0 && reported.body_a == beginning.body_a && reported.body_b == beginning.body_b;
             });
         const bool by_pair =
             std::binary_search(contacts.pairs.begin(), contacts.pairs.end(), TrianglePair{beginning.a, beginning.b});
-        if (!by_bodies && !by_pair) ++row.missing_swept;
+        if (!by_bodies && !by_pair) ++row.swept_false_negatives;
     }
-    for (const SweptContact& told : contacts.swept) {
-        if (told.a >= 0) {
-            const bool is_true = std::any_of(beginnings.begin(), beginnings.end(),
-                                             [&told](const SweptContact& b) { return b.a == told.a && b.b == told.b; });
-            row.extra_swept += is_true ? 0 : 1;
+    for (const SweptContact& reported : contacts.swept) {
+        if (reported.a >= 0) {
+            const bool is_true = std::any_of(beginnings.begin(), beginnings.end(), [&reported](const SweptContact& b) {
+                return b.a == reported.a && b.b == reported.b;
+            });
+            row.swept_false_positives += is_true ? 0 : 1;
             continue;
         }
-        const Index number = topology.body_pair(told.body_a, told.body_b);
+        const Index number = topology.body_pair(reported.body_a, reported.body_b);
         const BodyPairTick tick = number < 0 ? BodyPairTick{} : truth.body_pairs()[at(number)];
-        row.extra_swept += tick.on_the_way ? 0 : 1;
+        row.swept_false_positives += tick.on_the_way ? 0 : 1;
         if (!tick.at_start && tick.on_the_way) {
-            row.swept_time_error = std::fmax(row.swept_time_error, std::abs(told.time - tick.first));
+            row.swept_time_error = std::fmax(row.swept_time_error, std::abs(reported.time - tick.first));
         }
     }
 }
 
 ContactEvents::ContactEvents(const Topology& topology)
-    : topology_(&topology), open_(topology.body_pairs.size(), -1), told_(topology.body_pairs.size(), 0) {}
+    : topology_(&topology), open_(topology.body_pairs.size(), -1), reported_(topology.body_pairs.size(), 0) {}
 
 void ContactEvents::follow(const Frame& frame, double dt, const SpaceTimeTruth& truth, const ContactSet& contacts) {
     const Topology& topology = *topology_;
-    std::fill(told_.begin(), told_.end(), std::uint8_t{0});
-    const auto tell = [&](Index body_a, Index body_b) {
+    std::fill(reported_.begin(), reported_.end(), std::uint8_t{0});
+    const auto report = [&](Index body_a, Index body_b) {
         const Index number = topology.body_pair(body_a, body_b);
-        if (number >= 0) told_[at(number)] = 1;
+        if (number >= 0) reported_[at(number)] = 1;
     };
     for (const TrianglePair& pair : contacts.pairs) {
-        tell(topology.body_of_triangle[at(pair.a)], topology.body_of_triangle[at(pair.b)]);
+        report(topology.body_of_triangle[at(pair.a)], topology.body_of_triangle[at(pair.b)]);
     }
-    for (const SweptContact& contact : contacts.swept) tell(contact.body_a, contact.body_b);
+    for (const SweptContact& contact : contacts.swept) report(contact.body_a, contact.body_b);
     const double start = frame.time - dt;
     for (std::size_t p = 0; p < truth.body_pairs().size(); ++p) {
         const BodyPairTick& tick = truth.body_pairs()[p];
@@ -144,7 +145,7 @@ void ContactEvents::follow(const Frame& frame, double dt, const SpaceTimeTruth& 
         }
         if (open_[p] < 0) continue;
         ContactEvent& event = events_[at(open_[p])];
-        if (event.missed() && told_[p] != 0) event.seen = frame.time;
+        if (event.missed() && reported_[p] != 0) event.seen = frame.time;
         if (tick.at_end) continue;
         event.end = start + tick.last * dt;
         open_[p] = -1;

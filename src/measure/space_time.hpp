@@ -1,5 +1,5 @@
 // Truth about what happens between two frames: which pairs of triangles begin to touch on the way, and from when to
-// when two bodies are in contact. A detector that only looks at frames is blind to what comes and goes between them;
+// when two bodies are in contact. A detector that only examines frames is blind to what comes and goes between them;
 // this is what it is held against. Candidates from boxes that hold both frames, decisions by the integer oracle.
 #pragma once
 
@@ -48,8 +48,9 @@ private:
     std::vector<IndexPair> met_;
 };
 
-/// Fills true_swept, missing_swept, extra_swept and swept_time_error of the row. A beginning is told when its pair is
-/// among the pairs or the swept contacts, or when a swept contact without triangles names its bodies.
+/// Fills true_swept, swept_false_negatives, swept_false_positives and swept_time_error of the row. A beginning is
+/// reported when its pair is among the pairs or the swept contacts, or when a swept contact without triangles names its
+/// bodies.
 void judge_swept(const Topology& topology, const SpaceTimeTruth& truth, const ContactSet& contacts, StepRow& row);
 
 /// Puts ticks together to events.
@@ -58,15 +59,15 @@ public:
     /// The topology outlives the object.
     explicit ContactEvents(const Topology& topology);
 
-    /// One tick: truth about it and what the detector told at its end. dt: s.
+    /// One tick: truth about it and what the detector reported at its end. dt: s.
     void follow(const Frame& frame, double dt, const SpaceTimeTruth& truth, const ContactSet& contacts);
     [[nodiscard]] const std::vector<ContactEvent>& events() const { return events_; }
 
 private:
     const Topology* topology_;
-    std::vector<ContactEvent> events_;  ///< in order of beginning
-    std::vector<std::ptrdiff_t> open_;  ///< per body pair: position in events_, -1 = apart
-    std::vector<std::uint8_t> told_;    ///< per body pair, of this tick
+    std::vector<ContactEvent> events_;    ///< in order of beginning
+    std::vector<std::ptrdiff_t> open_;    ///< per body pair: position in events_, -1 = apart
+    std::vector<std::uint8_t> reported_;  ///< per body pair, of this tick
 };
 
 }  // namespace trocar

@@ -55,7 +55,7 @@ using Resamples = std::vector<std::vector<double>>;
 
 /// Quantiles over the ticks of every process, resampled. Ticks are one factor that all processes share, processes the
 /// other: each resample draws processes, and circular blocks of ticks that are the same for all of them (Owen 2007;
-/// Politis and Romano 1992). Calls with the same seed, block and sizes draw alike, so that two contestants are paired
+/// Politis and Romano 1992). Calls with the same seed, block and sizes draw alike, so that two methods are paired
 /// tick by tick. One Resamples per quantile; empty when the processes have unequal numbers of ticks or none.
 std::vector<Resamples> resampled_quantiles(const std::vector<std::vector<double>>& processes,
                                            const std::vector<double>& quantiles, std::int64_t block, std::uint64_t seed,

@@ -6,7 +6,7 @@
 #include <limits>
 
 #include "contact/contact_set.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 
 namespace trocar {
 
@@ -20,27 +20,29 @@ struct StepRow {
     std::int64_t tick = -1;
     double time = 0.0;                                                       ///< s
     std::array<std::int64_t, stage_count> stage_ns{-1, -1, -1, -1, -1, -1};  ///< -1: stage not present in this run
-    double reach =
+    double query_distance =
         std::numeric_limits<double>::quiet_NaN();  ///< m, within which the detector was asked; 0: meeting pairs
     std::int64_t pairs = 0;
     std::int64_t contacts_offered = 0;  ///< by the contact generator
-    std::int64_t contacts_used = 0;     ///< of these: with a part in the effect
+    std::int64_t contacts_used = 0;     ///< of these: with a part in the output
     std::int64_t native_contacts = 0;
-    std::int64_t true_pairs = -1;     ///< -1: truth not computed on this tick
-    std::int64_t true_touch = -1;     ///< of `true_pairs`: pairs that only touch
-    std::int64_t missing = -1;        ///< true pairs not reported
-    std::int64_t extra = -1;          ///< reported pairs that are not true
-    std::int64_t missing_touch = -1;  ///< of `missing`: pairs that only touch
-    std::int64_t true_near = -1;      ///< pairs that do not meet, within `reach`; -1: not asked for, or not computed
-    std::int64_t missed = -1;         ///< of these: not brought
-    std::int64_t swept = 0;           ///< contacts that the detector says begin since the frame before
-    std::int64_t true_swept = -1;     ///< pairs that do (space_time.hpp); -1: not computed
-    std::int64_t missing_swept = -1;  ///< of these: told neither as swept contact nor as pair of this frame
-    std::int64_t extra_swept = -1;    ///< told and not true
+    std::int64_t true_pairs = -1;             ///< -1: truth not computed on this tick
+    std::int64_t true_touch = -1;             ///< of `true_pairs`: pairs that only touch
+    std::int64_t false_negatives = -1;        ///< true pairs not reported
+    std::int64_t false_positives = -1;        ///< reported pairs that are not true
+    std::int64_t false_negatives_touch = -1;  ///< of `false_negatives`: pairs that only touch
+    std::int64_t true_proximity_pairs =
+        -1;  ///< pairs that do not meet, within `query_distance`; -1: not asked for, or not computed
+    std::int64_t proximity_false_negatives = -1;  ///< of these: not brought
+    std::int64_t swept = 0;                       ///< contacts that the detector says begin since the frame before
+    std::int64_t true_swept = -1;                 ///< pairs that do (space_time.hpp); -1: not computed
+    std::int64_t swept_false_negatives = -1;  ///< of these: reported neither as swept contact nor as pair of this frame
+    std::int64_t swept_false_positives = -1;  ///< reported and not true
     double swept_time_error =
-        std::numeric_limits<double>::quiet_NaN();  ///< part of a tick, worst error of a told time of first contact
-    double max_depth = std::numeric_limits<double>::quiet_NaN();  ///< m, truth's, on the frame after the step
-    double mean_depth =
+        std::numeric_limits<double>::quiet_NaN();  ///< part of a tick, worst error of a reported time of first contact
+    double residual_penetration =
+        std::numeric_limits<double>::quiet_NaN();  ///< m, truth's, on the frame after the step
+    double residual_penetration_mean =
         std::numeric_limits<double>::quiet_NaN();  ///< m, area mean over penetrating samples, after the step
     double depth_error =
         std::numeric_limits<double>::quiet_NaN();  ///< m, worst |contact depth - true depth| on the frame detect saw

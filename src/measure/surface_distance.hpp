@@ -1,5 +1,5 @@
 // Distance of a point to the nearest point of a triangle surface: brute force over triangles, pruned by a tree of boxes
-// of its own, so that truth shares no acceleration structure with a contestant.
+// of its own, so that truth shares no acceleration structure with a method.
 #pragma once
 
 #include <vector>

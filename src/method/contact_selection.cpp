@@ -39,23 +39,23 @@ public:
         selection_.prepare(topology, materials);
         response_->prepare(topology, materials);
     }
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> loads,
-                 Effect& effect) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> loads,
+                 ResponseOutput& output) override {
         const auto passes = [&](const Contact& contact) { return selection_.passes(frame, dt, contact); };
         const std::vector<Contact>& offered = contacts.contacts;
         const auto first_apart = std::find_if_not(offered.begin(), offered.end(), passes);
         if (first_apart == offered.end()) {
-            response_->respond(frame, dt, contacts, loads, effect);
+            response_->respond(frame, dt, contacts, loads, output);
             return;
         }
         selected_.pairs = contacts.pairs;
         selected_.near = contacts.near;
-        selected_.reach = contacts.reach;
+        selected_.query_distance = contacts.query_distance;
         selected_.truncated = contacts.truncated;
         selected_.contacts.assign(offered.begin(), first_apart);
         std::copy_if(std::next(first_apart), offered.end(), std::back_inserter(selected_.contacts), passes);
-        response_->respond(frame, dt, selected_, loads, effect);
-        effect.skip(SkipReason::apart, static_cast<std::int64_t>(offered.size() - selected_.contacts.size()));
+        response_->respond(frame, dt, selected_, loads, output);
+        output.skip(SkipReason::apart, static_cast<std::int64_t>(offered.size() - selected_.contacts.size()));
     }
 
 private:

@@ -43,7 +43,7 @@ private:
 /// `look_ahead`, which the registry adds to the parameters of every response.
 Parameter look_ahead_parameter();
 /// The response as its entry makes it, behind the selection that its values ask for. Contacts that are not passed on
-/// are counted in Effect::skipped under SkipReason::apart.
+/// are counted in ResponseOutput::skipped under SkipReason::apart.
 std::unique_ptr<Response> make_selecting(const ResponseEntry& entry, const ParameterValues& values);
 
 }  // namespace trocar

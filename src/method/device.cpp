@@ -55,7 +55,7 @@ const std::vector<LeftSetting>& left_every_response() {
         {"tip_filter", "give the run's device, --device filter=…"},
         {"tip_ramp", "give the run's device, --device ramp=…"},
         {"velocity_filter",
-         "nothing takes its place, since gaps are told at the start of the tick by the velocities of the frame"}};
+         "nothing takes its place, since gaps are reported at the start of the tick by the velocities of the frame"}};
     return left;
 }
 

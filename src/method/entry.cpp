@@ -107,17 +107,17 @@ double ParameterValues::number(std::string_view name) const {
 
 std::int64_t ParameterValues::integer(std::string_view name) const { return static_cast<std::int64_t>(number(name)); }
 
-std::string why_untold(const DetectorEntry& detector, const SourceEntry& source) {
-    if (source.wants_native && !detector.native_contacts) return detector.name + " has no native contacts";
-    if (source.wants_reach && !detector.reach) {
-        return fmt::format("{} finds pairs that meet, and contacts '{}' are made from pairs within a reach",
-                           detector.name, source.name);
+std::string why_unreported(const DetectorEntry& detector, const ContactGeneratorEntry& generator) {
+    if (generator.wants_native && !detector.native_contacts) return detector.name + " has no native contacts";
+    if (generator.wants_query_distance && !detector.query_distance) {
+        return fmt::format("{} finds pairs that meet, and contacts '{}' are made from pairs within a query distance",
+                           detector.name, generator.name);
     }
     return {};
 }
 
-std::string why_not_taken(const StepperEntry& stepper, const Topology& topology, const Effect& effect) {
-    const auto pushes_tissue = [&topology](const LinearContact& contact) {
+std::string why_not_taken(const StepperEntry& stepper, const Topology& topology, const ResponseOutput& output) {
+    const auto pushes_tissue = [&topology](const ContactForceLaw& contact) {
         const auto is_tissue = [&topology](Index vertex) {
             const auto body = static_cast<std::size_t>(vertex < 0 ? 0 : topology.body_of_vertex(vertex));
             return vertex >= 0 && topology.bodies[body].kind == BodyKind::tissue;
@@ -125,18 +125,18 @@ std::string why_not_taken(const StepperEntry& stepper, const Topology& topology,
         return is_tissue(any_vertex(contact.vertices)) || is_tissue(any_vertex(contact.reaction_vertices));
     };
     const auto pushes_as = [&](bool solved) {
-        return std::any_of(effect.contacts.begin(), effect.contacts.end(), [&](const LinearContact& contact) {
+        return std::any_of(output.contacts.begin(), output.contacts.end(), [&](const ContactForceLaw& contact) {
             return (contact.role == ContactRole::solved) == solved && pushes_tissue(contact);
         });
     };
     const char* what = nullptr;
-    if (!stepper.takes_linear_contacts && pushes_as(false)) {
-        what = "linear contacts";
+    if (!stepper.takes_contact_force_laws && pushes_as(false)) {
+        what = "contact force laws";
     } else if (!stepper.takes_solved_contacts && pushes_as(true)) {
         what = "contacts whose impulses the response finds in each sub-step";
-    } else if (!stepper.takes_placements && !effect.placements.empty()) {
-        what = "placements";
-    } else if (!stepper.takes_held_forces && !effect.held_force.isZero(0.0)) {
+    } else if (!stepper.takes_position_corrections && !output.position_corrections.empty()) {
+        what = "position_corrections";
+    } else if (!stepper.takes_held_forces && !output.held_force.isZero(0.0)) {
         what = "forces held over the tick";
     }
     return what == nullptr ? std::string()

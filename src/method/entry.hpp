@@ -1,4 +1,4 @@
-// What a method tells about itself, as data: name, library, parameters and how to make one. Printed by `trocar list`,
+// What a method reports about itself, as data: name, library, parameters and how to make one. Printed by `trocar list`,
 // by the report and by the tests, so that a list exists only once.
 #pragma once
 
@@ -11,9 +11,9 @@
 #include <string_view>
 #include <vector>
 
+#include "method/contact_generator.hpp"
 #include "method/detector.hpp"
 #include "method/response.hpp"
-#include "method/source.hpp"
 #include "method/stepper.hpp"
 
 namespace trocar {
@@ -58,7 +58,7 @@ private:
     std::map<std::string, std::string, std::less<>> values_;
 };
 
-/// How much a detector can tell.
+/// How much a detector can report.
 enum class InformationLevel { any, pairs, contacts };
 
 struct DetectorEntry {
@@ -67,11 +67,11 @@ struct DetectorEntry {
     std::string version = {};
     std::string configuration = {};  ///< build facts asserted at start-up (precision, SIMD …), printed in the report
     InformationLevel information = InformationLevel::pairs;
-    bool own = false;              ///< ours, as opposed to a rival's; told apart in tables
+    bool own = false;              ///< ours, as opposed to a baseline's; distinguished in tables
     bool claims_exact = false;     ///< pair sets must equal truth
     bool native_contacts = false;  ///< fills ContactSet::native
-    bool reach = false;            ///< answers pairs within a reach; otherwise a reach above 0 is unsupported
-    bool control = false;          ///< holds others to account (CONTACT §5); never ranked, no contestant
+    bool query_distance = false;   ///< answers pairs within a query distance; otherwise a reach above 0 is unsupported
+    bool control = false;          ///< holds others to account (CONTACT §5); never ranked, no method
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Detector>(const ParameterValues&)> make = {};
 };
@@ -83,40 +83,41 @@ struct ResponseEntry {
     std::string configuration = {};
     std::string table_row = "none";  ///< row of the thesis' Table 2.1 that it stands for
     bool own = false;
-    /// Names of the contact sources that it can work from, its default first.
-    std::vector<std::string> sources = {"tracked", "near", "canonical", "native"};
+    /// Names of the contact generators that it can work from, its default first.
+    std::vector<std::string> contact_generators = {"tracked_proximity", "proximity", "intersection", "native"};
     /// Where its parameters decide too: why it cannot work from a source of the list with these; empty when it can.
-    std::function<std::string(const ParameterValues&, std::string_view source)> why_unreadable = {};
+    std::function<std::string(const ParameterValues&, std::string_view generator)> why_unreadable = {};
     std::string without_tissue = {};  ///< what it does between bodies without tissue, where that is another method's
     std::string same_as = {};  ///< where it is another method on tissue too, to the bit: one line; empty: nowhere
-    bool control = false;      ///< holds others to account (CONTACT §5); never ranked, no contestant
+    bool control = false;      ///< holds others to account (CONTACT §5); never ranked, no method
     std::vector<Parameter> parameters = {};
     std::vector<LeftSetting> left = {};  ///< what it had once; the registry adds what left every response
     std::function<std::unique_ptr<Response>(const ParameterValues&)> make = {};
 };
 
 /// How contacts are made from a detector's answer, the same for every detector.
-struct SourceEntry {
+struct ContactGeneratorEntry {
     std::string name = {};
     std::string library = "trocar";
     std::string version = {};
-    std::string meaning = {};   ///< one line
-    bool wants_reach = false;   ///< asks detectors for pairs within a reach, not for those that meet alone
+    std::string meaning = {};  ///< one line
+    bool wants_query_distance =
+        false;                  ///< asks detectors for pairs within a query distance, not for those that meet alone
     bool wants_native = false;  ///< asks detectors for their own contacts
     std::vector<Parameter> parameters = {};
-    std::function<std::unique_ptr<ContactSource>(const ParameterValues&)> make = {};
+    std::function<std::unique_ptr<ContactGenerator>(const ParameterValues&)> make = {};
 };
 
-/// How tissue moves under an effect.
+/// How tissue moves under a response output.
 struct StepperEntry {
     std::string name = {};
     std::string library = "trocar";
     std::string version = {};
-    std::string meaning = {};            ///< one line
-    bool is_default = false;             ///< taken where nobody names one
-    bool takes_linear_contacts = false;  ///< those with a force law
-    bool takes_solved_contacts = false;  ///< asks Effect::solver
-    bool takes_placements = false;
+    std::string meaning = {};               ///< one line
+    bool is_default = false;                ///< taken where nobody names one
+    bool takes_contact_force_laws = false;  ///< those with a force law
+    bool takes_solved_contacts = false;     ///< asks ResponseOutput::solver
+    bool takes_position_corrections = false;
     bool takes_held_forces = false;
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Stepper>(const ParameterValues&)> make = {};
@@ -133,8 +134,9 @@ ParameterValues checked_values(const Entry& entry, const std::map<std::string, s
 }
 
 /// Why a source cannot work from a detector's answer; empty when it can.
-std::string why_untold(const DetectorEntry& detector, const SourceEntry& source);
-/// What of an effect a stepper does not take; empty when it takes all. Contacts that push no tissue are not its own.
-std::string why_not_taken(const StepperEntry& stepper, const Topology& topology, const Effect& effect);
+std::string why_unreported(const DetectorEntry& detector, const ContactGeneratorEntry& generator);
+/// What of a response output a stepper does not take; empty when it takes all. Contacts that push no tissue are not its
+/// own.
+std::string why_not_taken(const StepperEntry& stepper, const Topology& topology, const ResponseOutput& output);
 
 }  // namespace trocar

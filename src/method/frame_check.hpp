@@ -27,9 +27,9 @@ inline bool check_frame(const Topology& topology, const Frame& frame, ContactSet
 
 /// For detectors that find pairs that meet and no others: false, with the reason in contacts.outcome, when more is
 /// asked.
-inline bool check_no_reach(double reach, ContactSet& contacts) {
-    if (reach == 0.0) return true;
-    contacts.outcome = {OutcomeKind::unsupported, "finds triangles that meet, not those within a reach"};
+inline bool check_no_query_distance(double query_distance, ContactSet& contacts) {
+    if (query_distance == 0.0) return true;
+    contacts.outcome = {OutcomeKind::unsupported, "finds triangles that meet, not those within a query distance"};
     return false;
 }
 

@@ -1,6 +1,6 @@
 // Methods of a project of its own, which is built against an installed trocar: they join the registry beside trocar's.
-// The lines trocar_add_detector, trocar_add_response, trocar_add_source and trocar_add_stepper (src/method.cmake) write
-// the file that says so.
+// The lines trocar_add_detector, trocar_add_response, trocar_add_contact_generator and trocar_add_stepper
+// (src/method.cmake) write the file that says so.
 #pragma once
 
 #include <string>

@@ -44,7 +44,7 @@ void Registry::check_new(std::string_view kind, std::string_view name) const {
     bool taken = false;
     if (kind == "detector") taken = find(detectors_, name) != nullptr || find(absent_detectors_, name) != nullptr;
     if (kind == "response") taken = find(responses_, name) != nullptr || find(absent_responses_, name) != nullptr;
-    if (kind == "contact source") taken = find(sources_, name) != nullptr;
+    if (kind == "contact generator") taken = find(contact_generators_, name) != nullptr;
     if (kind == "stepper") taken = find(steppers_, name) != nullptr;
     if (taken) throw std::logic_error(fmt::format("two {}s are named '{}'", kind, name));
 }
@@ -62,9 +62,9 @@ void Registry::add(ResponseEntry entry) {
     responses_.push_back(std::move(entry));
 }
 
-void Registry::add(SourceEntry entry) {
-    check_new("contact source", entry.name);
-    sources_.push_back(std::move(entry));
+void Registry::add(ContactGeneratorEntry entry) {
+    check_new("contact generator", entry.name);
+    contact_generators_.push_back(std::move(entry));
 }
 
 void Registry::add(StepperEntry entry) {
@@ -90,8 +90,8 @@ const ResponseEntry& Registry::response(std::string_view name) const {
     return look_up("response", responses_, absent_responses_, name);
 }
 
-const SourceEntry& Registry::source(std::string_view name) const {
-    return look_up("contact source", sources_, {}, name);
+const ContactGeneratorEntry& Registry::contact_generator(std::string_view name) const {
+    return look_up("contact generator", contact_generators_, {}, name);
 }
 
 const StepperEntry& Registry::stepper(std::string_view name) const { return look_up("stepper", steppers_, {}, name); }
@@ -125,7 +125,7 @@ void add_outside_methods(Registry& filled) {
     outside().is_over = true;
     const std::size_t detectors = filled.detectors().size();
     const std::size_t responses = filled.responses().size();
-    const std::size_t sources = filled.sources().size();
+    const std::size_t contact_generators = filled.contact_generators().size();
     const std::size_t steppers = filled.steppers().size();
     try {
         for (const auto add : outside().add) add(filled);
@@ -136,7 +136,7 @@ void add_outside_methods(Registry& filled) {
     names.clear();
     append_names(filled.detectors(), detectors, names);
     append_names(filled.responses(), responses, names);
-    append_names(filled.sources(), sources, names);
+    append_names(filled.contact_generators(), contact_generators, names);
     append_names(filled.steppers(), steppers, names);
 }
 
@@ -224,28 +224,31 @@ std::unique_ptr<Response> make_response(std::string_view name, const std::map<st
     return make_selecting(entry, checked_values(entry, method.parameters));
 }
 
-std::string why_unreadable(const SourceEntry& source, const MethodSpec& response) {
+std::string why_unreadable(const ContactGeneratorEntry& contact_generator, const MethodSpec& response) {
     const ResponseEntry& entry = registry().response(response.name);
-    if (std::find(entry.sources.begin(), entry.sources.end(), source.name) == entry.sources.end()) {
-        return fmt::format("{} works from contacts {}, not from '{}'", entry.name, fmt::join(entry.sources, ", "),
-                           source.name);
+    if (std::find(entry.contact_generators.begin(), entry.contact_generators.end(), contact_generator.name) ==
+        entry.contact_generators.end()) {
+        return fmt::format("{} works from contacts {}, not from '{}'", entry.name,
+                           fmt::join(entry.contact_generators, ", "), contact_generator.name);
     }
     if (!entry.why_unreadable) return {};
-    return entry.why_unreadable(ParameterValues(entry.name, entry.parameters, response.parameters), source.name);
+    return entry.why_unreadable(ParameterValues(entry.name, entry.parameters, response.parameters),
+                                contact_generator.name);
 }
 
-std::string default_source(const MethodSpec& response) {
-    const std::vector<std::string>& sources = registry().response(response.name).sources;
-    const auto first = std::find_if(sources.begin(), sources.end(), [&response](const std::string& source) {
-        return why_unreadable(registry().source(source), response).empty();
-    });
-    return first == sources.end() ? sources.front() : *first;
+std::string default_contact_generator(const MethodSpec& response) {
+    const std::vector<std::string>& contact_generators = registry().response(response.name).contact_generators;
+    const auto first = std::find_if(
+        contact_generators.begin(), contact_generators.end(), [&response](const std::string& contact_generator) {
+            return why_unreadable(registry().contact_generator(contact_generator), response).empty();
+        });
+    return first == contact_generators.end() ? contact_generators.front() : *first;
 }
 
-std::unique_ptr<ContactSource> make_source(std::string_view name,
-                                           const std::map<std::string, std::string>& parameters) {
+std::unique_ptr<ContactGenerator> make_contact_generator(std::string_view name,
+                                                         const std::map<std::string, std::string>& parameters) {
     const MethodSpec method = with_parameters(name, parameters);
-    const SourceEntry& entry = registry().source(method.name);
+    const ContactGeneratorEntry& entry = registry().contact_generator(method.name);
     return entry.make(checked_values(entry, method.parameters));
 }
 

@@ -1,6 +1,6 @@
 // All methods by name, present or absent with the reason. Filled once from the table that CMake generates out of the
-// trocar_add_detector, trocar_add_response, trocar_add_source and trocar_add_stepper lines; nothing above this file
-// names a method.
+// trocar_add_detector, trocar_add_response, trocar_add_contact_generator and trocar_add_stepper lines; nothing above
+// this file names a method.
 #pragma once
 
 #include <functional>
@@ -26,14 +26,14 @@ public:
     /// Throws std::logic_error on a duplicate name.
     void add(DetectorEntry entry);
     void add(ResponseEntry entry);
-    void add(SourceEntry entry);
+    void add(ContactGeneratorEntry entry);
     void add(StepperEntry entry);
     void add_absent_detector(AbsentMethod absent);
     void add_absent_response(AbsentMethod absent);
 
     [[nodiscard]] const std::vector<DetectorEntry>& detectors() const { return detectors_; }
     [[nodiscard]] const std::vector<ResponseEntry>& responses() const { return responses_; }
-    [[nodiscard]] const std::vector<SourceEntry>& sources() const { return sources_; }
+    [[nodiscard]] const std::vector<ContactGeneratorEntry>& contact_generators() const { return contact_generators_; }
     [[nodiscard]] const std::vector<StepperEntry>& steppers() const { return steppers_; }
     [[nodiscard]] const std::vector<AbsentMethod>& absent_detectors() const { return absent_detectors_; }
     [[nodiscard]] const std::vector<AbsentMethod>& absent_responses() const { return absent_responses_; }
@@ -41,7 +41,7 @@ public:
     /// Throws InputError when the name is unknown (with the known names) or absent (with the reason).
     [[nodiscard]] const DetectorEntry& detector(std::string_view name) const;
     [[nodiscard]] const ResponseEntry& response(std::string_view name) const;
-    [[nodiscard]] const SourceEntry& source(std::string_view name) const;
+    [[nodiscard]] const ContactGeneratorEntry& contact_generator(std::string_view name) const;
     [[nodiscard]] const StepperEntry& stepper(std::string_view name) const;
     /// The one marked default.
     [[nodiscard]] const StepperEntry& default_stepper() const;
@@ -50,7 +50,7 @@ private:
     void check_new(std::string_view kind, std::string_view name) const;
     std::vector<DetectorEntry> detectors_;
     std::vector<ResponseEntry> responses_;
-    std::vector<SourceEntry> sources_;
+    std::vector<ContactGeneratorEntry> contact_generators_;
     std::vector<StepperEntry> steppers_;
     std::vector<AbsentMethod> absent_detectors_;
     std::vector<AbsentMethod> absent_responses_;
@@ -81,12 +81,12 @@ std::unique_ptr<Response> make_response(std::string_view name,
                                         const std::map<std::string, std::string>& parameters = {});
 /// Why a response, with these parameters, cannot work from contacts of a source; empty when it can. Throws as
 /// make_response does.
-std::string why_unreadable(const SourceEntry& source, const MethodSpec& response);
-/// Name of the contact source that a response works from where nobody names one: the first of its entry that it can
+std::string why_unreadable(const ContactGeneratorEntry& contact_generator, const MethodSpec& response);
+/// Name of the contact generator that a response works from where nobody names one: the first of its entry that it can
 /// read with its parameters.
-std::string default_source(const MethodSpec& response);
-std::unique_ptr<ContactSource> make_source(std::string_view name,
-                                           const std::map<std::string, std::string>& parameters = {});
+std::string default_contact_generator(const MethodSpec& response);
+std::unique_ptr<ContactGenerator> make_contact_generator(std::string_view name,
+                                                         const std::map<std::string, std::string>& parameters = {});
 std::unique_ptr<Stepper> make_stepper(std::string_view name, const std::map<std::string, std::string>& parameters = {});
 
 }  // namespace trocar

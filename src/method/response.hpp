@@ -1,4 +1,4 @@
-// The interface of a contact response: from contacts to an Effect. It reads the frame and never writes it.
+// The interface of a contact response: from contacts to an ResponseOutput. It reads the frame and never writes it.
 #pragma once
 
 #include <map>
@@ -6,7 +6,7 @@
 #include <string>
 
 #include "contact/contact_set.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -26,10 +26,10 @@ public:
     virtual void prepare(const Topology& topology, const Materials& materials) = 0;
     /// Once per tick. `contacts` holds in contacts.contacts what ContactSelection passes on of the run's generator. A
     /// positive gap is an open contact: a force law for it acts from the sub-step on in which the gap closes. loads[i]:
-    /// what contact i of the last tick's effect gave; empty at tick 0 and where no stepper ran. `effect` holds the last
+    /// what contact i of the last tick's effect gave; empty at tick 0 and where no stepper ran. `output` holds the last
     /// tick's, is cleared by the callee and was sized by the caller.
-    virtual void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> loads,
-                         Effect& effect) = 0;
+    virtual void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> loads,
+                         ResponseOutput& output) = 0;
 };
 
 }  // namespace trocar

@@ -1,5 +1,5 @@
-// The interface of a stepper: from a frame and an effect to the tissue of the next frame and what every contact
-// carried. It does not ask who made the effect, so that every response is integrated in the same way.
+// The interface of a stepper: from a frame and a response output to the tissue of the next frame and what every contact
+// carried. It does not ask who made the output, so that every response is integrated in the same way.
 #pragma once
 
 #include <array>
@@ -8,15 +8,15 @@
 #include <span>
 #include <vector>
 
-#include "contact/effect.hpp"
 #include "contact/outcome.hpp"
+#include "contact/response_output.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
 
 /// How large a sub-step a stepper bears on tissue in one place, and what a tick costs it. A step up to `stable_step` is
 /// stable for certain, one of `unstable_step` or more unstable for certain; what lies between is not known. Contacts
-/// are in neither: steppers take them implicitly, or tell so.
+/// are in neither: steppers take them implicitly, or report so.
 struct StepEstimate {
     double stable_step = std::numeric_limits<double>::infinity();           ///< s; infinite: any step is stable
     double stable_step_undamped = std::numeric_limits<double>::infinity();  ///< s, if nothing were damped
@@ -49,20 +49,20 @@ public:
     /// Once per run, for scenes with tissue. Topology and materials outlive the stepper's use of them.
     virtual void prepare(const Topology& topology, const Materials& materials) = 0;
     /// After prepare and outside the clock: where the tissue will be when the first advance begins. A stepper that is
-    /// not told sees it then.
+    /// not reported sees it then.
     virtual void start(const Frame& /*first*/) {}
     /// What step this stepper bears on tissue at `position` (3×N, m) in ticks of dt (s); asked outside the loop, of a
-    /// stepper that need not be prepared. unstable_step is looked for where its sub-step exceeds stable_step, and
+    /// stepper that need not be prepared. unstable_step is searched for where its sub-step exceeds stable_step, and
     /// `closely` in any case. By default there is no bound.
     [[nodiscard]] virtual StepEstimate estimate(const Topology& /*topology*/, const Materials& /*materials*/,
                                                 const Matrix3X& /*position*/, double /*dt*/, bool /*closely*/) const {
         return {};
     }
     /// Once per tick: moves the tissue from one frame to the other over dt (s): position and velocity; previous becomes
-    /// the place from which the tick started, placements done. What the tissue cannot move is not written. Adds to
-    /// `reaction` (one per body) the mean over the tick of what each linear contact gave to its reaction body; moments
-    /// are about the world origin. When the outcome is not ok, `to` is left as it was.
-    virtual Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
+    /// the place from which the tick started, position corrections done. What the tissue cannot move is not written.
+    /// Adds to `reaction` (one per body) the mean over the tick of what each contact force law gave to its reaction
+    /// body; moments are about the world origin. When the outcome is not ok, `to` is left as it was.
+    virtual Outcome advance(const ResponseOutput& output, double dt, const Frame& from, Frame& to,
                             std::vector<Wrench>& reaction) = 0;
 
     /// Before an advance whose frames the stepper need not look through. True: `from` has the tissue that the last
@@ -79,11 +79,11 @@ public:
     /// tissue's.
     [[nodiscard]] virtual const std::vector<Range>* moved() const { return nullptr; }
     /// One per contact of its effect; zero for contacts that no tissue takes part in.
-    [[nodiscard]] virtual std::span<const ContactLoad> loads() const = 0;
+    [[nodiscard]] virtual std::span<const ContactForce> loads() const = 0;
     [[nodiscard]] virtual double max_strain() const = 0;           ///< largest of an edge, 1 = doubled length
     [[nodiscard]] virtual std::int64_t limited_edges() const = 0;  ///< edges that the strain limit acted on
-    /// m, no vertex that may have met another body on the way has gone further, placements included; 0 before the
-    /// first. What a stepper has left behind and puts far from all others is no reason to look further around the
+    /// m, no vertex that may have met another body on the way has gone further, position corrections included; 0 before
+    /// the first. What a stepper has left behind and puts far from all others is no reason to look further around the
     /// tools.
     [[nodiscard]] virtual double largest_move() const = 0;
 };

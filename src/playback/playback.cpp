@@ -15,7 +15,7 @@
 namespace trocar {
 namespace {
 
-/// Hands out the wanted frames and holds what only the end tells to be wanted.
+/// Hands out the wanted frames and holds what only the end reports to be wanted.
 class Chooser {
 public:
     Chooser(const PlaybackChoice& choice, const PlayedFrameVisitor& visit) : choice_(choice), visit_(&visit) {}
@@ -23,7 +23,8 @@ public:
         const bool wanted = (choice_.every > 0 && frame.tick % choice_.every == 0) ||
                             std::find(choice_.ticks.begin(), choice_.ticks.end(), frame.tick) != choice_.ticks.end();
         if (wanted) (*visit_)(frame);
-        const double depth = std::isfinite(frame.row.max_depth) ? frame.row.max_depth : frame.deepest_vertex();
+        const double depth =
+            std::isfinite(frame.row.residual_penetration) ? frame.row.residual_penetration : frame.deepest_vertex();
         if (choice_.deepest && (!deepest_ || depth > deepest_->depth)) {
             deepest_ = Held{.frame = wanted ? PlayedFrame{} : frame, .depth = depth, .shown = wanted};
             deepest_->frame.tick = frame.tick;
@@ -66,11 +67,11 @@ void add_found(const std::vector<Contact>& contacts, const Matrix3X& position, s
 
 void add_acting(const Topology& topology, const Simulation& simulation, const Matrix3X& position,
                 std::vector<PlayedContact>& played) {
-    const Effect& effect = simulation.effect();
-    const std::vector<ContactLoad>& loads = simulation.contact_loads();
-    for (std::size_t c = 0; c < effect.contacts.size() && c < loads.size(); ++c) {
-        const LinearContact& contact = effect.contacts[c];
-        // Within reach, apart and without a force: nothing acts.
+    const ResponseOutput& output = simulation.output();
+    const std::vector<ContactForce>& loads = simulation.contact_forces();
+    for (std::size_t c = 0; c < output.contacts.size() && c < loads.size(); ++c) {
+        const ContactForceLaw& contact = output.contacts[c];
+        // Within the query distance, apart and without a force: nothing acts.
         if (contact.gap >= 0.0 && loads[c].force.squaredNorm() == 0.0) continue;
         const ContactPoint pushed{contact.vertices, contact.weights};
         PlayedContact one{.kind = ActingKind::pushed, .body = topology.body_of_vertex(any_vertex(contact.vertices))};
@@ -82,8 +83,8 @@ void add_acting(const Topology& topology, const Simulation& simulation, const Ma
         one.force = loads[c].force;
         played.push_back(one);
     }
-    for (Index vertex = 0; vertex < static_cast<Index>(effect.held_force.cols()); ++vertex) {
-        const Vector3 force = effect.held_force.col(vertex);
+    for (Index vertex = 0; vertex < static_cast<Index>(output.held_force.cols()); ++vertex) {
+        const Vector3 force = output.held_force.col(vertex);
         if (force.squaredNorm() == 0.0) continue;
         played.push_back({.kind = ActingKind::held_force,
                           .body = topology.body_of_vertex(vertex),
@@ -91,11 +92,11 @@ void add_acting(const Topology& topology, const Simulation& simulation, const Ma
                           .normal = force.normalized(),
                           .force = force});
     }
-    for (const Placement& placement : effect.placements) {
-        PlayedContact one{.kind = ActingKind::placed, .body = topology.body_of_vertex(placement.vertex)};
-        one.point = position.col(placement.vertex);
-        const Vector3 way = placement.position - simulation.seen().position.col(placement.vertex);
-        if (way.squaredNorm() > 0.0) one.normal = way.normalized();
+    for (const PositionCorrection& position_correction : output.position_corrections) {
+        PlayedContact one{.kind = ActingKind::placed, .body = topology.body_of_vertex(position_correction.vertex)};
+        one.point = position.col(position_correction.vertex);
+        const Vector3 path = position_correction.position - simulation.seen().position.col(position_correction.vertex);
+        if (path.squaredNorm() > 0.0) one.normal = path.normalized();
         played.push_back(one);
     }
 }
@@ -122,7 +123,7 @@ RunSpec motion_of(const RunSpec& spec, RunLimits& limits) {
         motion.mode = "closed_loop";
         motion.truth_stride = 0;
         limits.watched = false;
-    } else if (spec.mode == "certificate" || spec.mode == "triangle_pair") {
+    } else if (spec.mode == "metamorphic" || spec.mode == "triangle_pair") {
         throw InputError("run", "/mode", "a kind of run with one motion", fmt::format("'{}'", spec.mode));
     }
     return motion;

@@ -106,7 +106,7 @@ bool starts_crossed(const Scene& scene) {
 /// The scene with its tissue where hard contact has it at the start, for scenes that begin with bodies inside each
 /// other: every scripted body is led in from the end of its script, in equilibrium all the way. Nothing when that
 /// fails; `message` then says why.
-std::optional<Scene> led_in(const Scene& scene, double rest_gap, std::string& message) {
+std::optional<Scene> driven_in(const Scene& scene, double rest_gap, std::string& message) {
     Scene approach = scene;
     constexpr double duration = 1.0;  // s; without meaning in equilibrium
     for (std::size_t b = 0; b < approach.bodies.size(); ++b) {
@@ -322,7 +322,7 @@ private:
         }
         if (!hard || !crossed_) return run_solver(scene_, settings, shown_, end_);
         Run failed;
-        const std::optional<Scene> ready = led_in(scene_, settings.rest_gap, failed.message);
+        const std::optional<Scene> ready = driven_in(scene_, settings.rest_gap, failed.message);
         return ready ? run_solver(*ready, settings, shown_, end_) : failed;
     }
 
@@ -390,7 +390,7 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
     if (!scene.materials.enclosures.empty()) {
         return unavailable("the implicit solver knows no bulk modulus");
     }
-    // A reference that ends early says little about a run: below half of it, it would look like an answer.
+    // A reference that ends early says little about a run: below half of it, it would resemble an answer.
     const double least_until = 0.5 * grasp;
     LawRuns runs(scene, law, plan, step, grasp, progress);
     const Run& first = runs.get(0, 0);
@@ -529,7 +529,7 @@ bool is_weak(const ReferenceSolution& solution) {
 }
 
 /// As solve_law, and where the orders are weak once more with shorter steps: what that finds stands if its orders can
-/// be trusted; if not, the first answer is told with a bound that covers what the shorter steps changed.
+/// be trusted; if not, the first answer is reported with a bound that covers what the shorter steps changed.
 ReferenceSolution solve_law_surely(const Scene& scene, ReferenceLaw law, const ReferencePlan& plan, double step,
                                    double grasp, std::string& settings, const ReferenceProgress& progress) {
     ReferenceSolution solution = solve_law(scene, law, plan, step, grasp, settings, progress);

@@ -1,5 +1,5 @@
 // Makes the reference of a scene: five or more runs of the implicit solver for each law of contact, in which the step
-// and the stiffness of contact are refined one at a time, and what they tell about how far the finest one can be
+// and the stiffness of contact are refined one at a time, and what they report about how far the finest one can be
 // trusted.
 #pragma once
 
@@ -24,7 +24,7 @@ struct ReferencePlan {
     int more_points = 1;
 };
 
-/// Told before every run: what it is.
+/// Reported before every run: what it is.
 using ReferenceProgress = std::function<void(const std::string&)>;
 
 /// Runs: with the step h and stiffness (rest gap g, or n points along a triangle's edge) of the plan: rest gaps 4g, 2g

@@ -1,5 +1,5 @@
 // Closest points between a point and a triangle and between two edges, as weights on the four vertices involved: the
-// gap functions of the reference solver. Plain code of its own, so that truth shares none with a contestant.
+// gap functions of the reference solver. Plain code of its own, so that truth shares none with a method.
 #pragma once
 
 #include <array>

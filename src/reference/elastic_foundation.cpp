@@ -6,10 +6,10 @@
 namespace trocar {
 namespace {
 
-constexpr double kappa_default = 3e6;  ///< N/m³, METHODS §12
-constexpr double k_default = 1000.0;   ///< N/m, between bodies that do not deform
-constexpr double mu_default = 2.0;     ///< N s/m
-constexpr double open_reach = 0.01;    ///< m, points up to this far beyond an open sheet count
+constexpr double kappa_default = 3e6;         ///< N/m³, METHODS §12
+constexpr double k_default = 1000.0;          ///< N/m, between bodies that do not deform
+constexpr double mu_default = 2.0;            ///< N s/m
+constexpr double open_query_distance = 0.01;  ///< m, points up to this far beyond an open sheet count
 
 }  // namespace
 
@@ -20,18 +20,18 @@ void ElasticFoundation::for_each_sample(Foundation& foundation, const Matrix3X& 
     const SignedDistance& master = masters_[at(foundation.master)];
     const BodyRange& body = topology.bodies[at(foundation.slave)];
     const bool closed = topology.bodies[at(foundation.master)].closed;
-    Box reach = master.box();
+    Box query_distance = master.box();
     if (!closed) {
-        reach.min.array() -= open_reach;
-        reach.max.array() += open_reach;
+        query_distance.min.array() -= open_query_distance;
+        query_distance.max.array() += open_query_distance;
     }
     const auto moved_of = [&](Range range) {
-        return (x - foundation.looked_from).middleCols(range.first, range.count).colwise().norm().maxCoeff();
+        return (x - foundation.searched_from).middleCols(range.first, range.count).colwise().norm().maxCoeff();
     };
     double moved = moved_of(body.vertices) + moved_of(topology.bodies[at(foundation.master)].vertices);
-    constexpr double look_again = 3e-4;  // m
-    if (moved > look_again) {
-        foundation.looked_from = x;
+    constexpr double search_again = 3e-4;  // m
+    if (moved > search_again) {
+        foundation.searched_from = x;
         std::fill(foundation.clearance.begin(), foundation.clearance.end(), 0.0);
         moved = 0.0;
     }
@@ -40,7 +40,7 @@ void ElasticFoundation::for_each_sample(Foundation& foundation, const Matrix3X& 
         const auto corner = topology.triangles.col(t);
         Box box;
         for (int i = 0; i < 3; ++i) box.add(x.col(corner[i]));
-        if (!box.overlaps(reach)) continue;
+        if (!box.overlaps(query_distance)) continue;
         const std::size_t first = at(t - body.triangles.first);
         for (std::size_t p = 0; p < points; ++p) {
             double& clearance = foundation.clearance[first * points + p];
@@ -49,7 +49,7 @@ void ElasticFoundation::for_each_sample(Foundation& foundation, const Matrix3X& 
             const Vector3 place = w[0] * x.col(corner[0]) + w[1] * x.col(corner[1]) + w[2] * x.col(corner[2]);
             Box point;
             point.add(place);
-            if (!point.overlaps(reach)) continue;
+            if (!point.overlaps(query_distance)) continue;
             SurfacePoint near = master.nearest(topology.triangles, x, place);
             if (near.triangle < 0 || (!closed && near.beyond_rim)) continue;
             near.signed_distance *= foundation.side;
@@ -114,7 +114,7 @@ void ElasticFoundation::lay(Index slave, Index master, const ContactLaw& law, do
     }
     foundation.depth_before.assign(foundation.area.size() * foundation.weights.size(), 0.0);
     foundation.clearance.assign(foundation.depth_before.size(), 0.0);
-    foundation.looked_from = x;
+    foundation.searched_from = x;
     masters_[at(master)].prepare(topology.triangles, topology.bodies[at(master)].triangles, x);
     foundation.most_depth = most_depth_of(master, x);
     foundations_.push_back(std::move(foundation));
@@ -128,11 +128,11 @@ void ElasticFoundation::lay(Index slave, Index master, const ContactLaw& law, do
     std::fill(foundations_.back().clearance.begin(), foundations_.back().clearance.end(), 0.0);
 }
 
-/// Three quarters of the largest depth inside a closed body (found by going inwards from every face), or the reach of
-/// an open one.
+/// Three quarters of the largest depth inside a closed body (found by going inwards from every face), or the query
+/// distance of an open one.
 double ElasticFoundation::most_depth_of(Index master, const Matrix3X& x) const {
     const Topology& topology = scene_->topology;
-    if (!topology.bodies[at(master)].closed) return open_reach;
+    if (!topology.bodies[at(master)].closed) return open_query_distance;
     const SignedDistance& surface = masters_[at(master)];
     const BodyRange& body = topology.bodies[at(master)];
     const double size = (surface.box().max - surface.box().min).maxCoeff();

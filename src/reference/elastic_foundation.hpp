@@ -1,5 +1,5 @@
 // The compliant law of the reference solver: an elastic foundation over the area of one of two surfaces, sampled at
-// equal points of its triangles (the law is told in implicit_solver.hpp).
+// equal points of its triangles (the law is reported in implicit_solver.hpp).
 #pragma once
 
 #include <array>
@@ -38,9 +38,9 @@ private:
         std::vector<double> depth_before;  ///< per triangle and point, >= 0
         double side = 1.0;                 ///< of an open sheet on which the slave starts: +1 front, -1 back
         double most_depth = 0.0;           ///< m, beyond it the shortest way out is no longer the way in
-        // Samples that were outside by more than all vertices have moved since need not be looked at.
+        // Samples that were outside by more than all vertices have moved since need not be examined.
         std::vector<double> clearance;  ///< m, per triangle and point
-        Matrix3X looked_from;           ///< 3×N, positions of that look
+        Matrix3X searched_from;         ///< 3×N, positions of that look
     };
     void lay(Index slave, Index master, const ContactLaw& law, double share, int points, const Matrix3X& x);
     [[nodiscard]] double triangle_area(Index t) const;

@@ -1,5 +1,5 @@
 // The hard law of the reference solver: which vertices and faces, edges and edges may meet, how they repel each other,
-// and how far a motion may go before two of them would meet (the law is told in implicit_solver.hpp).
+// and how far a motion may go before two of them would meet (the law is reported in implicit_solver.hpp).
 #pragma once
 
 #include <array>

@@ -18,7 +18,7 @@ constexpr int most_iterations = 400;
 /// Weight with which a step is held to the end of the script's path, J: 1e6 times the work of a contact over a step.
 constexpr double path_weight = 1e3;
 
-struct Hand {
+struct Operator {
     std::vector<Index> bodies;
     Index node = -1;
     OperatorModel model;
@@ -37,7 +37,7 @@ struct ImplicitSolver::State {
     // Unknowns: one node of three for each free tissue vertex and each operator, and how far the script has come.
     std::vector<Index> node_of_vertex;  ///< N, -1 = not free
     std::vector<Index> vertex_of_node;  ///< -1 = operator
-    std::vector<Hand> hands;
+    std::vector<Operator> operators;
     Matrix3X x;       ///< 3×N, now
     Matrix3X script;  ///< 3×N, how far the script moves a vertex in this step
     double progress = 1.0;
@@ -113,22 +113,22 @@ struct ImplicitSolver::State {
             const BodyRange& body = topology.bodies[at(b)];
             const auto& motion = scene.bodies[at(b)].motion;
             if (body.kind != BodyKind::instrument || !motion || motion->drive != Drive::simulated_operator) continue;
-            auto hand = std::find_if(hands.begin(), hands.end(), [&](const Hand& other) {
+            auto coupling = std::find_if(operators.begin(), operators.end(), [&](const Operator& other) {
                 return !body.instrument.empty() &&
                        topology.bodies[at(other.bodies.front())].instrument == body.instrument;
             });
-            if (hand == hands.end()) {
-                hands.push_back(
-                    {.bodies = {}, .node = static_cast<Index>(vertex_of_node.size()), .model = motion->hand});
-                hand = hands.end() - 1;
+            if (coupling == operators.end()) {
+                operators.push_back(
+                    {.bodies = {}, .node = static_cast<Index>(vertex_of_node.size()), .model = motion->coupling});
+                coupling = operators.end() - 1;
                 vertex_of_node.push_back(-1);
-                node_mass.push_back(motion->hand.mass);
+                node_mass.push_back(motion->coupling.mass);
                 node_drag.push_back(0.0);
                 places.push_back(motion->pose_at(0.0).translation);
             }
-            hand->bodies.push_back(b);
+            coupling->bodies.push_back(b);
             body_moves[at(b)] = 1;
-            for (Index v = body.vertices.first; v < body.vertices.end(); ++v) node_of_vertex[at(v)] = hand->node;
+            for (Index v = body.vertices.first; v < body.vertices.end(); ++v) node_of_vertex[at(v)] = coupling->node;
         }
         node.resize(3, static_cast<Eigen::Index>(places.size()));
         for (std::size_t n = 0; n < places.size(); ++n) node.col(static_cast<Eigen::Index>(n)) = places[n];
@@ -197,23 +197,23 @@ struct ImplicitSolver::State {
             push(n, alpha * mass * rate_change + drag * alpha * moved);
             matrix.add(n, n, (alpha * alpha * mass + alpha * drag) * Matrix3::Identity());
         }
-        for (const Hand& hand : hands) {
-            const OperatorModel& model = hand.model;
-            const Vector3 off = node.col(hand.node) - hand.target;
-            value += 0.5 * model.hand_stiffness * off.squaredNorm();
-            Vector3 g = model.hand_stiffness * off;
-            double stiffness = model.hand_stiffness;
+        for (const Operator& coupling : operators) {
+            const OperatorModel& model = coupling.model;
+            const Vector3 off = node.col(coupling.node) - coupling.target;
+            value += 0.5 * model.coupling_stiffness * off.squaredNorm();
+            Vector3 g = model.coupling_stiffness * off;
+            double stiffness = model.coupling_stiffness;
             if (!settings.quasi_static) {
-                const Vector3 rate = alpha * (node.col(hand.node) - coast.col(hand.node));
-                const Vector3 relative = rate - hand.target_velocity;
-                value +=
-                    0.5 / alpha * (model.hand_damping * relative.squaredNorm() + model.damping * rate.squaredNorm());
-                g += model.hand_damping * relative + model.damping * rate;
-                stiffness += alpha * (model.hand_damping + model.damping);
+                const Vector3 rate = alpha * (node.col(coupling.node) - coast.col(coupling.node));
+                const Vector3 relative = rate - coupling.target_velocity;
+                value += 0.5 / alpha *
+                         (model.coupling_damping * relative.squaredNorm() + model.damping * rate.squaredNorm());
+                g += model.coupling_damping * relative + model.damping * rate;
+                stiffness += alpha * (model.coupling_damping + model.damping);
             }
             if (!derivatives) continue;
-            push(hand.node, g);
-            matrix.add(hand.node, hand.node, stiffness * Matrix3::Identity());
+            push(coupling.node, g);
+            matrix.add(coupling.node, coupling.node, stiffness * Matrix3::Identity());
         }
         const double left = 1.0 - progress;
         value += 0.5 * path_weight * left * left;
@@ -322,16 +322,16 @@ struct ImplicitSolver::State {
             if (!motion) continue;
             Pose pose = motion->pose_at(target_time);
             if (motion->drive == Drive::simulated_operator) {
-                const auto hand = std::find_if(hands.begin(), hands.end(), [&](const Hand& h) {
+                const auto coupling = std::find_if(operators.begin(), operators.end(), [&](const Operator& h) {
                     return std::find(h.bodies.begin(), h.bodies.end(), b) != h.bodies.end();
                 });
-                if (hand == hands.end()) continue;
-                if (hand->bodies.front() == b) {
+                if (coupling == operators.end()) continue;
+                if (coupling->bodies.front() == b) {
                     const Vector3 before = motion->pose_at(target_time - settings.time_step).translation;
-                    hand->target = pose.translation;
-                    hand->target_velocity = (pose.translation - before) / settings.time_step;
+                    coupling->target = pose.translation;
+                    coupling->target_velocity = (pose.translation - before) / settings.time_step;
                 }
-                pose.translation += node.col(hand->node) - hand->target;
+                pose.translation += node.col(coupling->node) - coupling->target;
             }
             place_body(scene.bodies[at(b)], topology.bodies[at(b)].vertices, pose, target);
         }

@@ -1,5 +1,5 @@
 // Advances a scene implicitly with contact that is either hard or an elastic foundation: the solver behind every stored
-// reference. It has its own formulae for springs and its own geometry of contact, and shares none with any contestant.
+// reference. It has its own formulae for springs and its own geometry of contact, and shares none with any method.
 //
 // Motion: BDF2 (second order; Curtiss & Hirschfelder 1952) on thesis eq. 3.1 with the scene's masses, springs, preload,
 // bias, pins, damping and drag, each step found as the minimum of one potential by Newton's method with line search; or
@@ -59,8 +59,8 @@ public:
     [[nodiscard]] double residual() const;
     /// Largest force of a single contact in the last step, N.
     [[nodiscard]] double largest_contact() const;
-    /// Smallest distance between surfaces that may touch, if any is within reach, else infinity; foundation: minus the
-    /// largest depth, m.
+    /// Smallest distance between surfaces that may touch, if any is within the query distance, else infinity;
+    /// foundation: minus the largest depth, m.
     [[nodiscard]] double smallest_gap() const;
     [[nodiscard]] double max_strain() const;
     [[nodiscard]] const std::string& message() const;

@@ -22,7 +22,7 @@ OrderedJson number(double value) { return std::isfinite(value) ? OrderedJson(val
 /// Stored numbers carry what the reference knows and no more digits.
 double rounded(double value, double grain) { return std::round(value / grain) * grain; }
 
-/// As few digits as tell the value to the grain.
+/// As few digits as report the value to the grain.
 std::string short_number(double value, double grain) {
     std::string text =
         fmt::format("{:.{}f}", rounded(value, grain), static_cast<int>(std::max(0L, std::lround(-std::log10(grain)))));
@@ -389,7 +389,7 @@ std::map<std::string, double> ReferenceComparison::figures() const {
             impulse = 0.0;
             for (const Vector3& difference : low_pass(law.force_difference, dt_, force_band_hz)) {
                 squares += difference.squaredNorm();
-                // fmax would swallow a NaN, which here means that the run told no force.
+                // fmax would swallow a NaN, which here means that the run reported no force.
                 worst = std::isnan(difference.norm()) ? difference.norm() : std::max(worst, difference.norm());
             }
             const auto window = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(impulse_window / dt_)));

@@ -96,17 +96,17 @@ enum class ReferenceState : std::uint8_t { present, missing, stale };
 struct FoundReference {
     ReferenceState state = ReferenceState::missing;  ///< of the file for the scene's contact stiffness
     Reference reference;                             ///< a law of which no file fits is not available, for that reason
-    /// One line: both laws as text_of tells them.
+    /// One line: both laws as text_of reports them.
     [[nodiscard]] std::string message() const;
 };
 /// The reference of the scene, looked up beside its file and held against its hash: one made for another state of the
 /// scene is stale and not given. Of a scene of turned k, equal k comes from that k's file and hard contact, which has
 /// no stiffness, from the scene's own.
 FoundReference find_reference(const Scene& scene);
-/// What a report tells of a law, in a clause: orders and bound, or why there is no reference.
+/// What a report reports a law, in a clause: orders and bound, or why there is no reference.
 std::string text_of(const ReferenceSolution& solution);
 
-/// Follows one run and tells its errors against the reference.
+/// Follows one run and reports its errors against the reference.
 class ReferenceComparison {
 public:
     /// `found` outlives the object. dt: tick of the run, s.

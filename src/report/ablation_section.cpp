@@ -1,5 +1,5 @@
 // What each switch of a response changes, in the figures of the runs: which one, on which scene, from what to what. A
-// figure counts as changed beyond a factor or a floor below which nobody would care; time is told apart, as a ratio.
+// figure counts as changed beyond a factor or a floor below which nobody would care; time is distinguished, as a ratio.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 namespace trocar {
 namespace {
 
-/// A figure that is looked at, in the unit that is printed. Values below the floor count as the floor, so that a
+/// A figure that is examined, in the unit that is printed. Values below the floor count as the floor, so that a
 /// change from nothing to next to nothing is none.
 struct Watched {
     const char* key;
@@ -30,17 +30,17 @@ struct Watched {
 };
 
 constexpr std::array watched{
-    Watched{"residual_max_m", "left after a tick, worst", "mm", 1e3, 1e-5, true},
-    Watched{"residual_median_m", "left after a tick, median", "mm", 1e3, 1e-5, true},
-    Watched{"residual_settled_m", "left 200 ms after the last key", "mm", 1e3, 1e-5, true},
+    Watched{"residual_penetration_max_m", "left after a tick, worst", "mm", 1e3, 1e-5, true},
+    Watched{"residual_penetration_median_m", "left after a tick, median", "mm", 1e3, 1e-5, true},
+    Watched{"residual_penetration_settled_m", "left 200 ms after the last key", "mm", 1e3, 1e-5, true},
     Watched{"ticks_to_clear_max", "ticks to clear, worst", "", 1.0, 20.0, true},
     Watched{"re_penetrations", "re-penetrations", "", 1.0, 1.0, true},
     Watched{"overshoot_max_m", "overshoot, worst", "mm", 1e3, 1e-4, false},
     Watched{"wrong_side_vertices_max", "wrong-side vertices, most", "", 1.0, 1.0, true},
     Watched{"overlap_volume_max_m3", "overlap volume, largest", "mm³", 1e9, 1e-10, false},
     Watched{"strain_over_max", "strain over the limit, worst", "", 1.0, 0.01, true},
-    Watched{"book_momentum_error_share", "momentum error, share", "", 1.0, 0.01, false},
-    Watched{"book_energy_error_share", "energy error, share", "", 1.0, 0.01, false},
+    Watched{"momentum_residual_share", "momentum error, share", "", 1.0, 0.01, false},
+    Watched{"energy_residual_share", "energy error, share", "", 1.0, 0.01, false},
     Watched{"force_error_rms_equal_k", "force error to equal k, RMS", "N", 1.0, 5e-3, true},
     Watched{"force_error_rms_hard", "force error to hard contact, RMS", "N", 1.0, 5e-3, true},
     Watched{"position_error_rms_hard", "position error to hard contact, RMS", "mm", 1e3, 1e-5, false},
@@ -54,7 +54,7 @@ constexpr std::array watched{
     Watched{"detached", "grasped vertices that slipped", "", 1.0, 1.0, false},
     Watched{"ruptures", "ruptures", "", 1.0, 1.0, false}};
 
-constexpr double telling_factor = 1.02;
+constexpr double reporting_factor = 1.02;
 
 struct Change {
     std::string scene;
@@ -76,7 +76,7 @@ struct Turned {
     bool option = false;  ///< turned on in both surroundings
     std::string silent;   ///< why it cannot act here, as the study says; empty: it says nothing
     std::map<std::string, std::vector<std::string>> acts;  ///< by class: scenes on which any bit changes
-    std::vector<Change> changes;                           ///< telling ones, largest first
+    std::vector<Change> changes;                           ///< reporting ones, largest first
     std::vector<std::string> same;  ///< scenes on which every figure and the last state are the same, bit by bit
     std::size_t scenes = 0;
     double time_ratio = not_known;  ///< with over without, geometric mean
@@ -102,7 +102,7 @@ bool same_to_the_bit(const Record& a, const Record& b) {
     });
 }
 
-/// All telling changes on one scene.
+/// All reporting changes on one scene.
 void compare(const Record& without, const Record& with, std::vector<Change>& changes) {
     const std::string& scene = with.spec.scene;
     if (!without.outcome.ok() || !with.outcome.ok()) {
@@ -122,7 +122,7 @@ void compare(const Record& without, const Record& with, std::vector<Change>& cha
         const double after = summary_of(with, figure.key);
         if (std::isnan(before) || std::isnan(after)) continue;
         const double factor = factor_between(before, after, figure.floor);
-        if (factor < telling_factor) continue;
+        if (factor < reporting_factor) continue;
         const Better side = summary_figure(figure.key).better;
         const bool less = std::abs(after) < std::abs(before);
         const std::string unit = figure.unit[0] == '\0' ? std::string() : fmt::format(" ({})", figure.unit);
@@ -228,16 +228,16 @@ std::string factor_text(const Change& change) {
     return (std::isinf(change.factor) ? "fails" : "× " + format_number(change.factor)) + side;
 }
 
-/// Switches without any telling change, in both surroundings where it was turned in both.
+/// Switches without any reporting change, in both surroundings where it was turned in both.
 std::vector<std::string> silent_switches(const Ablation& ablation, bool to_the_bit) {
-    std::map<std::string, std::array<bool, 2>> telling;  // any change, any change of a bit
+    std::map<std::string, std::array<bool, 2>> reporting;  // any change, any change of a bit
     for (const Turned& one : ablation.turned) {
-        auto& found = telling[one.parameter];
+        auto& found = reporting[one.parameter];
         found[0] = found[0] || !one.changes.empty();
         found[1] = found[1] || one.same.size() < one.scenes;
     }
     std::vector<std::string> names;
-    for (const auto& [parameter, found] : telling) {
+    for (const auto& [parameter, found] : reporting) {
         if (!found[0] && found[1] != to_the_bit) names.push_back(code(parameter));
     }
     return names;
@@ -250,11 +250,11 @@ std::string sentence_of(const Ablation& ablation) {
     std::string text = fmt::format("Of {} switches ", all.size());
     text += ablation.to.empty() ? fmt::format("of {}, ", code(ablation.from))
                                 : fmt::format("between {} and {}, ", code(ablation.from), code(ablation.to));
-    std::set<std::string> told;
+    std::set<std::string> reported;
     std::vector<std::string> parts;
     constexpr std::size_t most = 3;
     for (const Turned& one : ablation.turned) {
-        if (one.changes.empty() || parts.size() == most || !told.insert(one.parameter).second) continue;
+        if (one.changes.empty() || parts.size() == most || !reported.insert(one.parameter).second) continue;
         const Change& change = one.changes.front();
         parts.push_back(fmt::format("{} ({} on {}: {} to {}, rest as in {})", code(one.parameter), change.figure,
                                     change.scene, change.without, change.with, ablation.rest(one)));
@@ -267,7 +267,7 @@ std::string sentence_of(const Ablation& ablation) {
     return text;
 }
 
-std::string effects_chart(const Ablation& ablation) {
+std::string outputs_chart(const Ablation& ablation) {
     BarChart chart;
     chart.x_title = "largest factor between without and with the switch, decades (log10)";
     chart.parts = {"rest as in " + ablation.from};
@@ -288,7 +288,7 @@ std::string effects_chart(const Ablation& ablation) {
     return draw(chart);
 }
 
-std::string no_effect_text(const Turned& one) {
+std::string no_output_text(const Turned& one) {
     return one.silent.empty() ? std::string("no effect") : "without effect, because " + one.silent;
 }
 
@@ -316,28 +316,29 @@ Table where_table(const Ablation& ablation) {
         return std::tie(a->parameter, a->option, a->with) < std::tie(b->parameter, b->option, b->with);
     });
     for (const Turned* one : order) {
-        std::string effect = "below the floors";
+        std::string output = "below the floors";
         TableRow row;
         if (!one->changes.empty()) {
             const Change& top = one->changes.front();
-            effect =
+            output =
                 fmt::format("{} on {}: {} → {} ({})", top.figure, top.scene, top.without, top.with, factor_text(top));
         }
         if (one->acts.empty()) {
-            effect = no_effect_text(*one);
+            output = no_output_text(*one);
             row.style = TableRow::Style::dominated;
         } else if (!one->silent.empty()) {
-            effect += "; the study says that it has none, because " + one->silent;
+            output += "; the study says that it has none, because " + one->silent;
             row.style = TableRow::Style::failed;
         }
         row.cells = {switch_text(ablation, *one), ablation.rest(*one),
-                     one->acts.empty() ? "nowhere" : places_text(one->acts), effect,
+                     one->acts.empty() ? "nowhere" : places_text(one->acts), output,
                      fmt::format("{} of {}", one->same.size(), one->scenes)};
         table.rows.push_back(std::move(row));
     }
     table.note =
         "Acts: the last state, or any watched figure, differs in at least one bit between the run with and the run "
-        "without the switch. A reason for no effect is the study's and is told only where the runs bear it out; where "
+        "without the switch. A reason for no effect is the study's and is reported only where the runs bear it out; "
+        "where "
         "they do not, the row says so.";
     return table;
 }
@@ -362,7 +363,7 @@ Table main_table(const Ablation& ablation) {
         if (one.changes.empty()) {
             cells.insert(
                 cells.end(),
-                {one.same.size() == one.scenes ? no_effect_text(one) : "nothing beyond the floors", "", "", "", ""});
+                {one.same.size() == one.scenes ? no_output_text(one) : "nothing beyond the floors", "", "", "", ""});
         } else {
             const Change& top = one.changes.front();
             cells.insert(cells.end(), {top.figure, top.scene, top.without, top.with, factor_text(top)});
@@ -380,7 +381,7 @@ Table main_table(const Ablation& ablation) {
         "before books and signal figures, a failed run before all. Time: median tick with over without, geometric mean "
         "over the scenes, one process each: ratios near 1 mean nothing. A switch without effect alone may matter "
         "together with others or on a scene that reaches it.",
-        telling_factor, code("src/report/ablation_section.cpp"));
+        reporting_factor, code("src/report/ablation_section.cpp"));
     return table;
 }
 
@@ -454,7 +455,7 @@ void add_ablation(Draft& draft) {
     if (!sentence.empty() && sentence != draft.sentence) draft.paragraph(sentence);  // page 1 may have it
     draft.add(main_table(*ablation));
     draft.add(where_table(*ablation));
-    draft.figure("switches", effects_chart(*ablation),
+    draft.figure("switches", outputs_chart(*ablation),
                  "Largest effect of each switch over all scenes and figures, in decades; both surroundings stacked. A "
                  "run that fails counts as four decades.");
     draft.add(end_points(*ablation, draft.records));

@@ -16,35 +16,35 @@ namespace {
 struct PairSums {
     double truth = 0.0;
     double touch = 0.0;
-    double missing = 0.0;
-    double missing_touch = 0.0;
-    double extra = 0.0;
+    double false_negatives = 0.0;
+    double false_negatives_touch = 0.0;
+    double false_positives = 0.0;
     bool known = false;
     void take(const SceneResult& result) {
         const double value = result.first(&RunFigures::true_pairs);
         if (std::isnan(value)) return;
         known = true;
         truth += value;
-        touch += result.first(&RunFigures::true_touch);
-        missing += result.first(&RunFigures::missing);
-        missing_touch += result.first(&RunFigures::missing_touch);
-        extra += result.first(&RunFigures::extra);
+        touch += result.first(&RunFigures::true_touches);
+        false_negatives += result.first(&RunFigures::false_negatives);
+        false_negatives_touch += result.first(&RunFigures::false_negatives_touch);
+        false_positives += result.first(&RunFigures::false_positives);
     }
-    [[nodiscard]] double found() const { return truth - missing; }
+    [[nodiscard]] double found() const { return truth - false_negatives; }
 };
 
 std::vector<std::string> pair_cells(const PairSums& sums) {
     if (!sums.known) return {"n/a", "n/a", "n/a", "n/a", "n/a", "n/a", "n/a"};
-    const double reported = sums.found() + sums.extra;
+    const double reported = sums.found() + sums.false_positives;
     const double firm = sums.truth - sums.touch;
-    const double firm_found = firm - (sums.missing - sums.missing_touch);
+    const double firm_found = firm - (sums.false_negatives - sums.false_negatives_touch);
     return {count_text(sums.truth),
             count_text(sums.touch),
             share_text(sums.found(), reported),
             share_text(sums.found(), sums.truth),
             share_text(firm_found, firm),
             share_text(2.0 * sums.found(), sums.truth + reported),
-            count_text(sums.missing) + " / " + count_text(sums.extra)};
+            count_text(sums.false_negatives) + " / " + count_text(sums.false_positives)};
 }
 
 std::string case_text(const SceneResult& result, const PairSums& sums) {
@@ -53,16 +53,17 @@ std::string case_text(const SceneResult& result, const PairSums& sums) {
     }
     if (!sums.known) return "not judged";
     const double cut = result.first(&RunFigures::truncated_ticks);
-    if (sums.missing == 0.0 && sums.extra == 0.0 && !(cut > 0.0)) return "ok";
+    if (sums.false_negatives == 0.0 && sums.false_positives == 0.0 && !(cut > 0.0)) return "ok";
     std::string text;
     if (cut > 0.0) text = fmt::format("cut in {:.0f} ticks", cut);
-    if (sums.missing > 0.0)
-        text += (text.empty() ? "" : ", ") + fmt::format("misses {:.0f} of {:.0f}", sums.missing, sums.truth);
-    if (sums.extra > 0.0) text += (text.empty() ? "" : ", ") + fmt::format("adds {:.0f}", sums.extra);
+    if (sums.false_negatives > 0.0)
+        text += (text.empty() ? "" : ", ") + fmt::format("misses {:.0f} of {:.0f}", sums.false_negatives, sums.truth);
+    if (sums.false_positives > 0.0)
+        text += (text.empty() ? "" : ", ") + fmt::format("adds {:.0f}", sums.false_positives);
     return text;
 }
 
-std::string detection_chart(const Draft& draft, const std::vector<Contestant>& detectors,
+std::string detection_chart(const Draft& draft, const std::vector<Method>& detectors,
                             const std::vector<std::string>& scenes) {
     DotChart chart;
     chart.x_title = "time per tick (µs), update + detect";
@@ -70,7 +71,7 @@ std::string detection_chart(const Draft& draft, const std::vector<Contestant>& d
     chart.x_limit_name = "1 ms";
     chart.categories = scenes;
     int style = 0;
-    for (const Contestant& detector : detectors) {
+    for (const Method& detector : detectors) {
         DotChart::Series series;
         series.name = detector.detector;
         series.style = {.colour = style, .shape = style};
@@ -81,8 +82,8 @@ std::string detection_chart(const Draft& draft, const std::vector<Contestant>& d
                 series.dots.emplace_back();
                 continue;
             }
-            const double p50 = result->of(&RunFigures::tick_p50).value * us;
-            const double p99 = result->of(&RunFigures::tick_p99).value * us;
+            const double p50 = result->of(&RunFigures::total_median_ns).value * us;
+            const double p99 = result->of(&RunFigures::total_p99_ns).value * us;
             series.dots.emplace_back(DotChart::Dot{
                 .value = p50,
                 .upper = p99,
@@ -95,16 +96,16 @@ std::string detection_chart(const Draft& draft, const std::vector<Contestant>& d
 }
 
 /// Depth left and tool force over time on the scene of the headline class where most is left.
-void course_charts(Draft& draft, const std::vector<Contestant>& contestants) {
+void course_charts(Draft& draft, const std::vector<Method>& methods) {
     const auto [class_name, scenes] = draft.headline_scenes();
     std::string chosen;
     double most = -1.0;
     for (const std::string& scene : scenes) {
-        for (const Contestant& contestant : contestants) {
-            const SceneResult* result = draft.results.find(contestant, scene);
+        for (const Method& method : methods) {
+            const SceneResult* result = draft.results.find(method, scene);
             if (result == nullptr || !result->ok()) continue;
-            if (result->first(&RunFigures::left_max) > most) {
-                most = result->first(&RunFigures::left_max);
+            if (result->first(&RunFigures::residual_penetration_max_m) > most) {
+                most = result->first(&RunFigures::residual_penetration_max_m);
                 chosen = scene;
             }
         }
@@ -114,12 +115,12 @@ void course_charts(Draft& draft, const std::vector<Contestant>& contestants) {
     LineChart force{.x_title = "time (s), " + chosen, .y_title = "tool force (N)", .lines = {}};
     std::set<std::string> seen;
     int style = 0;
-    for (const Contestant& contestant : contestants) {
-        const SceneResult* result = draft.results.find(contestant, chosen);
+    for (const Method& method : methods) {
+        const SceneResult* result = draft.results.find(method, chosen);
         if (result == nullptr || !result->ok()) continue;
         const Record& record = *result->runs.front().record;
-        if (!record.state_hash.empty() && !seen.insert(contestant.response + record.state_hash).second) continue;
-        LineChart::Line line{.name = contestant.label(), .colour = style, .dash = style / 8, .points = {}};
+        if (!record.state_hash.empty() && !seen.insert(method.response + record.state_hash).second) continue;
+        LineChart::Line line{.name = method.label(), .colour = style, .dash = style / 8, .points = {}};
         ++style;
         LineChart::Line force_line = line;
         // At most 250 points a line: the largest value of each stretch, so that no peak is lost.
@@ -129,7 +130,8 @@ void course_charts(Draft& draft, const std::vector<Contestant>& contestants) {
             double largest_force = not_known;
             for (std::size_t i = from; i < std::min(from + stretch, record.rows.size()); ++i) {
                 const StepRow& row = record.rows[i];
-                if (std::isfinite(row.max_depth)) largest_depth = std::fmax(largest_depth, row.max_depth * mm);
+                if (std::isfinite(row.residual_penetration))
+                    largest_depth = std::fmax(largest_depth, row.residual_penetration * mm);
                 if (row.tool_force.allFinite()) largest_force = std::fmax(largest_force, row.tool_force.norm());
             }
             if (!std::isnan(largest_depth)) line.points.emplace_back(record.rows[from].time, largest_depth);
@@ -139,7 +141,7 @@ void course_charts(Draft& draft, const std::vector<Contestant>& contestants) {
         force.lines.push_back(std::move(force_line));
     }
     const std::string rule = " on " + code(chosen) + ", the " + class_name +
-                             " scene where most is left. One line per different motion: contestants with identical "
+                             " scene where most is left. One line per different motion: methods with identical "
                              "motion share one. Largest value of each stretch of ticks.";
     draft.figure("depth_over_time", depth, "Interpenetration left" + rule);
     draft.figure("force_over_time", force, "Tool force" + rule);
@@ -148,7 +150,7 @@ void course_charts(Draft& draft, const std::vector<Contestant>& contestants) {
 }  // namespace
 
 void add_detection(Draft& draft) {
-    const std::vector<Contestant> detectors = draft.results.contestants("replay");
+    const std::vector<Method> detectors = draft.results.methods("replay");
     const std::vector<std::string> scenes = draft.results.scenes("replay");
     if (detectors.empty()) return;
     draft.heading(2, "Detection against the exact oracle");
@@ -173,7 +175,7 @@ void add_detection(Draft& draft) {
     Table matrix;
     matrix.caption = "Scene × detector: ok, or what went wrong";
     matrix.columns = {{"scene", false}};
-    for (const Contestant& detector : detectors) {
+    for (const Method& detector : detectors) {
         PairSums sums;
         int ok = 0;
         int planned = 0;
@@ -196,7 +198,7 @@ void add_detection(Draft& draft) {
     }
     for (const std::string& scene : scenes) {
         std::vector<std::string> verdicts{scene};
-        for (const Contestant& detector : detectors) {
+        for (const Method& detector : detectors) {
             const SceneResult* result = draft.results.find(detector, scene);
             PairSums sums;
             if (result != nullptr) sums.take(*result);
@@ -218,8 +220,8 @@ void add_detection(Draft& draft) {
 }
 
 void add_contacts_and_forces(Draft& draft) {
-    const std::vector<Contestant> contestants = draft.results.contestants("closed_loop");
-    if (contestants.empty()) return;
+    const std::vector<Method> methods = draft.results.methods("closed_loop");
+    if (methods.empty()) return;
     draft.heading(2, "Contacts, depth and force");
     Table depth;
     depth.caption = "Depth error of contacts on the frame that detect saw: canonical beside native";
@@ -228,25 +230,25 @@ void add_contacts_and_forces(Draft& draft) {
                      {"native, median / worst (mm)", true},
                      {"native contacts per tick", true}};
     std::set<std::string> detectors;
-    for (const Contestant& contestant : contestants) detectors.insert(contestant.detector);
+    for (const Method& method : methods) detectors.insert(method.detector);
     for (const std::string& detector : detectors) {
         std::vector<std::string> cells{code(detector)};
         double native_contacts = not_known;
-        for (const std::string source : {"canonical", "native"}) {
+        for (const std::string source : {"intersection", "native"}) {
             std::vector<double> medians;
             double worst = not_known;
-            for (const Contestant& contestant : contestants) {
-                if (contestant.detector != detector || contestant.contacts != source) continue;
+            for (const Method& method : methods) {
+                if (method.detector != detector || method.contacts != source) continue;
                 for (const std::string& scene : draft.results.scenes("closed_loop")) {
-                    const SceneResult* result = draft.results.find(contestant, scene);
+                    const SceneResult* result = draft.results.find(method, scene);
                     if (result == nullptr || !result->ok()) continue;
-                    const double median_error = result->first(&RunFigures::depth_error_p50);
+                    const double median_error = result->first(&RunFigures::depth_error_median_m);
                     if (std::isnan(median_error)) continue;
                     medians.push_back(median_error);
-                    const double error = result->first(&RunFigures::depth_error_max);
+                    const double error = result->first(&RunFigures::depth_error_max_m);
                     worst = std::isnan(worst) ? error : std::max(worst, error);
                     if (source == "native") {
-                        const double mean = result->first(&RunFigures::native_mean);
+                        const double mean = result->first(&RunFigures::native_contacts_mean);
                         if (!std::isnan(mean)) {
                             native_contacts = std::isnan(native_contacts) ? mean : std::max(native_contacts, mean);
                         }
@@ -275,7 +277,7 @@ void add_contacts_and_forces(Draft& draft) {
     force.caption = "Outcome of every closed-loop run (first process)";
     force.folded = true;
     force.columns = {{"scene", false},
-                     {"detector + response (contact source)", false},
+                     {"detector + response (contact generator)", false},
                      {"pairs per tick, mean / max", true},
                      {"left, median / max / last (mm)", true},
                      {"largest force (N)", true},
@@ -288,8 +290,8 @@ void add_contacts_and_forces(Draft& draft) {
     bool any_undecided = false;
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
         std::vector<std::pair<const RunFigures*, std::size_t>> seen;  // of a motion, and its row
-        for (const Contestant& contestant : contestants) {
-            const SceneResult* result = draft.results.find(contestant, scene);
+        for (const Method& method : methods) {
+            const SceneResult* result = draft.results.find(method, scene);
             if (result == nullptr || !result->ok()) continue;
             const RunFigures& f = result->runs.front();
             const std::string same = result->runs.size() < 2 ? "n/a (one process)" : yes_no(result->repeatable());
@@ -298,29 +300,30 @@ void add_contacts_and_forces(Draft& draft) {
             if (twin != seen.end()) {
                 std::string& names = force.rows[twin->second].cells.at(1);
                 names += (names.find(", moving alike: ") == std::string::npos ? ", moving alike: " : ", ") +
-                         code(contestant.label());
+                         code(method.label());
                 continue;
             }
             seen.emplace_back(&f, force.rows.size());
-            any_undecided = any_undecided || f.undecided_max > 0.0;
+            any_undecided = any_undecided || f.side_undecided_max > 0.0;
             force.rows.push_back(
-                {.cells = {scene, code(contestant.label()),
-                           format_number(f.pairs_mean) + " / " + count_text(f.pairs_max),
-                           std::isnan(f.left_max)
+                {.cells = {scene, code(method.label()), format_number(f.pairs_mean) + " / " + count_text(f.pairs_max),
+                           std::isnan(f.residual_penetration_max_m)
                                ? "n/a"
-                               : format_number(f.left_p50 * mm) + " / " + format_number(f.left_max * mm) + " / " +
-                                     format_number(f.left_last * mm) + undecided_text(f.undecided_max),
-                           format_number(f.force_max),
-                           (std::isnan(f.force_jump_p99) ? "n too small" : format_number(f.force_jump_p99)) + " / " +
-                               format_number(f.force_jump_max),
-                           std::isnan(f.force_without_touch) ? "n/a" : format_number(f.force_without_touch * mm),
-                           count_text(f.force_flips), format_number(f.strain_max), count_text(f.ruptures), same}});
+                               : format_number(f.residual_penetration_median_m * mm) + " / " +
+                                     format_number(f.residual_penetration_max_m * mm) + " / " +
+                                     format_number(f.residual_penetration_final_m * mm) +
+                                     undecided_text(f.side_undecided_max),
+                           format_number(f.force_max_n),
+                           (std::isnan(f.force_jump_p99_n) ? "n too small" : format_number(f.force_jump_p99_n)) +
+                               " / " + format_number(f.force_jump_max_n),
+                           std::isnan(f.force_without_touch_m) ? "n/a" : format_number(f.force_without_touch_m * mm),
+                           count_text(f.force_flips), format_number(f.max_strain), count_text(f.ruptures), same}});
         }
     }
     force.note = "Who moves alike, bit by bit, stands in one row; its pairs are those of the first.";
     if (any_undecided) force.note += " " + std::string(undecided_note);
     draft.add(std::move(force));
-    course_charts(draft, contestants);
+    course_charts(draft, methods);
 }
 
 }  // namespace trocar

@@ -1,4 +1,4 @@
-// What a detector that looks at frames never sees: contacts that come and go between two of them, held against the
+// What a detector that examines frames never sees: contacts that come and go between two of them, held against the
 // space-time oracle. The share missed is shown against the tick in units of the contact's own length, which is
 // v·dt / thickness for a body that crosses another.
 #include <fmt/format.h>
@@ -67,12 +67,12 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
     table.caption = fmt::format("Contacts between frames, scene {}", scene);
     table.columns = {{"detector", false},
                      {"contacts of bodies", true},
-                     {"never told", true},
+                     {"never reported", true},
                      {"onset latency median (µs)", true},
                      {"onset latency max (µs)", true},
                      {"pairs that begin", true},
-                     {"not told", true},
-                     {"told and not true", true},
+                     {"not reported", true},
+                     {"reported and not true", true},
                      {"worst time error (ticks)", true}};
     Table by_ratio;
     by_ratio.caption = fmt::format("Share of the contacts missed against v·dt / thickness, scene {}", scene);
@@ -101,7 +101,7 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
         table.rows.push_back({.cells = {code(name), count("contact_events"), count("contact_events_missed"),
                                         microseconds(summary_of(*record, "onset_latency_median_s")),
                                         microseconds(summary_of(*record, "onset_latency_max_s")), count("true_swept"),
-                                        count("missing_swept"), count("extra_swept"),
+                                        count("swept_false_negatives"), count("swept_false_positives"),
                                         format_number(summary_of(*record, "swept_time_error_max"))},
                               .style = own ? TableRow::Style::own : TableRow::Style::normal});
         Shares shares{};
@@ -146,11 +146,11 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
     }
     by_ratio.note =
         "Columns: length of a tick over length of the contact, both from the space-time oracle, in bins of a factor of "
-        "two; for a body that crosses another this is v·dt / thickness. By chance: a look at the end of each tick "
+        "two; for a body that crosses another this is v·dt / thickness. By chance: a examine the end of each tick "
         "finds a contact that lasts a part p of a tick with probability p, so 1 - p are missed.";
     draft.add(by_ratio);
     draft.figure("between_ticks_" + file_word(scene), chart,
-                 fmt::format("Scene {}: share of the contacts that a detector never tells of", scene));
+                 fmt::format("Scene {}: share of the contacts that a detector never reports", scene));
 }
 
 }  // namespace
@@ -169,8 +169,8 @@ void add_between_ticks(Draft& draft) {
     draft.paragraph(
         "Held against exact vertex-face and edge-edge tests along the straight motion of every tick, which no detector "
         "takes part in. A contact of two bodies lasts from their first touch until they are apart; onset latency runs "
-        "from that first touch to the frame at which the detector first tells of it. Pairs that begin are triangles "
-        "apart at one frame that touch before or at the next; they count as told when they are a pair of the frame "
+        "from that first touch to the frame at which the detector first reports it. Pairs that begin are triangles "
+        "apart at one frame that touch before or at the next; they count as reported when they are a pair of the frame "
         "after or when the detector's continuous test names them.");
     for (const std::string& scene : scenes) {
         std::vector<const Record*> runs;

@@ -12,7 +12,7 @@
 namespace trocar {
 namespace {
 
-/// Okabe and Ito's palette: eight colours that colour-blind readers can tell apart.
+/// Okabe and Ito's palette: eight colours that colour-blind readers can distinguish.
 constexpr std::array<const char*, 8> palette{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                              "#e69f00", "#56b4e9", "#7a5230", "#222222"};
 constexpr std::array<const char*, 4> dashes{"", "6 3", "2 3", "8 3 2 3"};

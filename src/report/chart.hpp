@@ -12,7 +12,7 @@ namespace trocar {
 
 /// Marks differ by colour and shape, so that a chart survives a black-and-white printer.
 struct MarkStyle {
-    int colour = 0;  ///< index into a palette that colour-blind readers can tell apart
+    int colour = 0;  ///< index into a palette that colour-blind readers can distinguish
     int shape = 0;   ///< circle, square, triangle, diamond, cross …
     bool hollow = false;
 };

@@ -1,4 +1,4 @@
-// The command that makes a row's numbers again, found by the contestant and the scene that the row names.
+// The command that makes a row's numbers again, found by the method and the scene that the row names.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,17 +24,17 @@ std::string options_of(const RunSpec& spec) {
     std::string text = fmt::format(" --detector {} --response {} --contacts {} --ticks {}", spec.detector,
                                    spec.response, spec.contacts, spec.ticks);
     if (!spec.stepper.empty()) text += " --stepper " + spec.stepper;
-    if (!spec.reach_margin.empty()) text += " --reach-margin " + spec.reach_margin;
+    if (!spec.query_distance_margin.empty()) text += " --reach-margin " + spec.query_distance_margin;
     if (!spec.device.empty()) text += " --device " + spec.device;
     return text;
 }
 
-/// Of one contestant on these scenes; empty when its runs differ in more than the scene.
-std::string command_of(const Draft& draft, const Contestant& contestant, const std::vector<std::string>& scenes) {
+/// Of one method on these scenes; empty when its runs differ in more than the scene.
+std::string command_of(const Draft& draft, const Method& method, const std::vector<std::string>& scenes) {
     std::vector<std::string> files;
     std::set<std::string> options;
     for (const std::string& scene : scenes) {
-        const SceneResult* result = draft.results.find(contestant, scene);
+        const SceneResult* result = draft.results.find(method, scene);
         if (result == nullptr || result->runs.empty()) continue;
         const Record& record = *result->runs.front().record;
         if (!record.spec.overrides.empty()) return {};
@@ -46,21 +46,21 @@ std::string command_of(const Draft& draft, const Contestant& contestant, const s
     return fmt::format("for scene in {}; do trocar run $scene{}; done", fmt::join(files, " "), *options.begin());
 }
 
-bool names_contestant(const std::string& header) {
-    return header.starts_with("detector") || header.starts_with("contestant") || header.starts_with("response") ||
+bool names_method(const std::string& header) {
+    return header.starts_with("detector") || header.starts_with("method") || header.starts_with("response") ||
            header.starts_with("method") || header.starts_with("row");
 }
 
 }  // namespace
 
-std::string run_command(const Draft& draft, const Contestant& contestant) {
-    return command_of(draft, contestant, draft.results.scenes(contestant.mode));
+std::string run_command(const Draft& draft, const Method& method) {
+    return command_of(draft, method, draft.results.scenes(method.mode));
 }
 
 void add_commands(Draft& draft) {
-    std::map<std::string, Contestant> by_label;
-    for (const Contestant& contestant : draft.results.contestants("closed_loop")) {
-        if (!contestant.response.empty()) by_label[contestant.label()] = contestant;
+    std::map<std::string, Method> by_label;
+    for (const Method& method : draft.results.methods("closed_loop")) {
+        if (!method.response.empty()) by_label[method.label()] = method;
     }
     const std::vector<std::string> all = draft.results.scenes("closed_loop");
     for (Block& block : draft.document.blocks) {
@@ -68,19 +68,19 @@ void add_commands(Draft& draft) {
         if (table == nullptr) continue;
         for (TableRow& row : table->rows) {
             if (!row.command.empty()) continue;
-            const Contestant* contestant = nullptr;
+            const Method* method = nullptr;
             std::vector<std::string> scenes = all;
             for (std::size_t i = 0; i < std::min(row.cells.size(), table->columns.size()); ++i) {
                 const std::string cell = without_code(row.cells[i]);
                 const std::string& header = table->columns[i].header;
-                if (contestant == nullptr && names_contestant(header)) {
+                if (method == nullptr && names_method(header)) {
                     const auto found = by_label.find(cell.substr(0, cell.find(", moving alike")));
-                    if (found != by_label.end()) contestant = &found->second;
+                    if (found != by_label.end()) method = &found->second;
                 } else if (header == "scene") {
                     std::erase_if(scenes, [&cell](const std::string& scene) { return scene != cell; });
                 }
             }
-            if (contestant != nullptr) row.command = command_of(draft, *contestant, scenes);
+            if (method != nullptr) row.command = command_of(draft, *method, scenes);
         }
     }
 }

@@ -1,5 +1,5 @@
 // A report as data: headings, paragraphs, tables and figures in order. The same document is written as Markdown and
-// HTML, so that no two of them can tell different numbers.
+// HTML, so that no two of them can report different numbers.
 #pragma once
 
 #include <string>

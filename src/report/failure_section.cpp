@@ -21,9 +21,9 @@ void add_failures(Draft& draft) {
     std::map<Key, int> truncated;
     for (const RunFigures& run : draft.results.runs()) {
         const RunSpec& spec = run.record->spec;
-        if (spec.mode == "hard_case") continue;  // told in the matrix, where a failure may be the right answer
-        const Contestant contestant{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper};
-        const Key key{spec.mode, contestant.label(), spec.scene.empty() ? "all scenes" : spec.scene,
+        if (spec.mode == "hard_case") continue;  // reported in the matrix, where a failure may be the right answer
+        const Method method{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper};
+        const Key key{spec.mode, method.label(), spec.scene.empty() ? "all scenes" : spec.scene,
                       outcome_text(run.record->outcome)};
         const OutcomeKind kind = run.record->outcome.kind;
         if (kind == OutcomeKind::absent || kind == OutcomeKind::unsupported) {
@@ -44,7 +44,7 @@ void add_failures(Draft& draft) {
         Table table;
         table.caption = caption;
         table.columns = {
-            {"kind of run", false}, {"contestant", false}, {"scene", false}, {"outcome", false}, {"runs", true}};
+            {"kind of run", false}, {"method", false}, {"scene", false}, {"outcome", false}, {"runs", true}};
         for (const auto& [key, count] : entries) {
             table.rows.push_back({.cells = {key.mode, code(key.who), key.scene, key.outcome, std::to_string(count)}});
         }

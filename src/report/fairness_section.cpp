@@ -22,13 +22,13 @@ void add_environment(Draft& draft) {
         }
     }
     for (const std::string& key : keys) table.rows.push_back({.cells = {key, common_fact(draft.records, key)}});
-    table.rows.push_back({.cells = {"processes per contestant", fmt::format("up to {}", draft.most_processes())}});
+    table.rows.push_back({.cells = {"processes per method", fmt::format("up to {}", draft.most_processes())}});
     table.rows.push_back(
         {.cells = {"noise floor (factor)",
                    std::isnan(draft.results.noise_floor())
-                       ? "not known: one process per contestant"
+                       ? "not known: one process per method"
                        : format_number(draft.results.noise_floor()) +
-                             ": 95 % of the ratios between medians of processes of the same contestant on the same "
+                             ": 95 % of the ratios between medians of processes of the same method on the same "
                              "scene (A/A)"}});
     draft.add(std::move(table));
 }
@@ -49,7 +49,7 @@ void add_fairness(Draft& draft) {
         "Every method of this study with every setting it ran with. Methods run in an order shuffled by the seed, "
         "interleaved, each run in a fresh process, one thread but for a stepper whose parameters (`threads`, `factor`) "
         "start a second.");
-    struct Method {
+    struct ListedMethod {
         std::string kind;
         std::string text;
         const Record* record = nullptr;

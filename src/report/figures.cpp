@@ -20,86 +20,86 @@ struct Source {
 };
 constexpr std::array sources{Source{&RunFigures::substeps, "substeps"},
                              Source{&RunFigures::timed_ticks, "timed_ticks"},
-                             Source{&RunFigures::tick_p50, "total_median_ns"},
-                             Source{&RunFigures::tick_p90, "total_p90_ns"},
-                             Source{&RunFigures::tick_p99, "total_p99_ns"},
-                             Source{&RunFigures::tick_p999, "total_p999_ns"},
-                             Source{&RunFigures::tick_max, "total_max_ns"},
-                             Source{&RunFigures::tick_cold, "total_cold_ns"},
+                             Source{&RunFigures::total_median_ns, "total_median_ns"},
+                             Source{&RunFigures::total_p90_ns, "total_p90_ns"},
+                             Source{&RunFigures::total_p99_ns, "total_p99_ns"},
+                             Source{&RunFigures::total_p999_ns, "total_p999_ns"},
+                             Source{&RunFigures::total_max_ns, "total_max_ns"},
+                             Source{&RunFigures::total_cold_ns, "total_cold_ns"},
                              Source{&RunFigures::deadline_misses, "deadline_misses"},
                              Source{&RunFigures::longest_burst, "longest_burst"},
-                             Source{&RunFigures::work_p50, "work_median"},
+                             Source{&RunFigures::work_median, "work_median"},
                              Source{&RunFigures::work_max, "work_max"},
-                             Source{&RunFigures::allocations, "allocations_median"},
+                             Source{&RunFigures::allocations_median, "allocations_median"},
                              Source{&RunFigures::true_pairs, "true_pairs"},
-                             Source{&RunFigures::missing, "missing"},
-                             Source{&RunFigures::missing_touch, "missing_touch"},
-                             Source{&RunFigures::true_touch, "true_touches"},
-                             Source{&RunFigures::extra, "extra"},
-                             Source{&RunFigures::contacts_between, "contact_events"},
-                             Source{&RunFigures::contacts_untold, "contact_events_missed"},
-                             Source{&RunFigures::reach_max, "reach_max_m"},
-                             Source{&RunFigures::true_near, "true_near"},
-                             Source{&RunFigures::missed_near, "missed"},
-                             Source{&RunFigures::depth_error_p50, "depth_error_median_m"},
-                             Source{&RunFigures::depth_error_max, "depth_error_max_m"},
-                             Source{&RunFigures::left_p50, "residual_median_m"},
-                             Source{&RunFigures::left_max, "residual_max_m"},
-                             Source{&RunFigures::left_last, "residual_last_m"},
-                             Source{&RunFigures::left_settled, "residual_settled_m"},
-                             Source{&RunFigures::overlap_volume, "overlap_volume_max_m3"},
-                             Source{&RunFigures::min_translation, "min_translation_max_m"},
-                             Source{&RunFigures::ticks_to_clear_p50, "ticks_to_clear_median"},
+                             Source{&RunFigures::false_negatives, "false_negatives"},
+                             Source{&RunFigures::false_negatives_touch, "false_negatives_touch"},
+                             Source{&RunFigures::true_touches, "true_touches"},
+                             Source{&RunFigures::false_positives, "false_positives"},
+                             Source{&RunFigures::contact_events, "contact_events"},
+                             Source{&RunFigures::contact_events_missed, "contact_events_missed"},
+                             Source{&RunFigures::query_distance_max_m, "query_distance_max_m"},
+                             Source{&RunFigures::true_proximity_pairs, "true_proximity_pairs"},
+                             Source{&RunFigures::proximity_false_negatives, "proximity_false_negatives"},
+                             Source{&RunFigures::depth_error_median_m, "depth_error_median_m"},
+                             Source{&RunFigures::depth_error_max_m, "depth_error_max_m"},
+                             Source{&RunFigures::residual_penetration_median_m, "residual_penetration_median_m"},
+                             Source{&RunFigures::residual_penetration_max_m, "residual_penetration_max_m"},
+                             Source{&RunFigures::residual_penetration_final_m, "residual_penetration_final_m"},
+                             Source{&RunFigures::residual_penetration_settled_m, "residual_penetration_settled_m"},
+                             Source{&RunFigures::overlap_volume_max_m3, "overlap_volume_max_m3"},
+                             Source{&RunFigures::min_translation_max_m, "min_translation_max_m"},
+                             Source{&RunFigures::ticks_to_clear_median, "ticks_to_clear_median"},
                              Source{&RunFigures::ticks_to_clear_max, "ticks_to_clear_max"},
                              Source{&RunFigures::uncleared, "uncleared"},
                              Source{&RunFigures::re_penetrations, "re_penetrations"},
-                             Source{&RunFigures::overshoot, "overshoot_max_m"},
-                             Source{&RunFigures::wrong_vertices_max, "wrong_side_vertices_max"},
-                             Source{&RunFigures::wrong_vertices_last, "wrong_side_vertices_last"},
-                             Source{&RunFigures::undecided_max, "side_undecided_max"},
-                             Source{&RunFigures::undecided_ticks, "side_undecided_ticks"},
-                             Source{&RunFigures::native_mean, "native_contacts_mean"},
+                             Source{&RunFigures::overshoot_max_m, "overshoot_max_m"},
+                             Source{&RunFigures::wrong_side_vertices_max, "wrong_side_vertices_max"},
+                             Source{&RunFigures::wrong_side_vertices_last, "wrong_side_vertices_last"},
+                             Source{&RunFigures::side_undecided_max, "side_undecided_max"},
+                             Source{&RunFigures::side_undecided_ticks, "side_undecided_ticks"},
+                             Source{&RunFigures::native_contacts_mean, "native_contacts_mean"},
                              Source{&RunFigures::pairs_mean, "pairs_mean"},
                              Source{&RunFigures::pairs_max, "pairs_max"},
-                             Source{&RunFigures::force_max, "force_max_n"},
-                             Source{&RunFigures::force_error_equal_k, "force_error_rms_equal_k"},
-                             Source{&RunFigures::force_error_hard, "force_error_rms_hard"},
-                             Source{&RunFigures::force_worst_equal_k, "force_error_worst_equal_k"},
-                             Source{&RunFigures::force_worst_hard, "force_error_worst_hard"},
+                             Source{&RunFigures::force_max_n, "force_max_n"},
+                             Source{&RunFigures::force_error_rms_equal_k, "force_error_rms_equal_k"},
+                             Source{&RunFigures::force_error_rms_hard, "force_error_rms_hard"},
+                             Source{&RunFigures::force_error_worst_equal_k, "force_error_worst_equal_k"},
+                             Source{&RunFigures::force_error_worst_hard, "force_error_worst_hard"},
                              Source{&RunFigures::force_bound_equal_k, "force_bound_equal_k"},
                              Source{&RunFigures::force_bound_hard, "force_bound_hard"},
-                             Source{&RunFigures::position_worst_equal_k, "position_error_worst_equal_k"},
-                             Source{&RunFigures::reference_clears, "reference_clears_hard"},
-                             Source{&RunFigures::force_jump_p99, "force_jump_p99_n"},
-                             Source{&RunFigures::force_jump_max, "force_jump_max_n"},
-                             Source{&RunFigures::force_without_touch, "force_without_touch_m"},
+                             Source{&RunFigures::position_error_worst_equal_k, "position_error_worst_equal_k"},
+                             Source{&RunFigures::reference_clears_hard, "reference_clears_hard"},
+                             Source{&RunFigures::force_jump_p99_n, "force_jump_p99_n"},
+                             Source{&RunFigures::force_jump_max_n, "force_jump_max_n"},
+                             Source{&RunFigures::force_without_touch_m, "force_without_touch_m"},
                              Source{&RunFigures::force_flips, "force_flips"},
-                             Source{&RunFigures::force_fast_rms, "force_above_30hz_rms_n"},
-                             Source{&RunFigures::force_fast_share, "force_above_30hz_share"},
-                             Source{&RunFigures::momentum_share, "book_momentum_error_share"},
-                             Source{&RunFigures::energy_share, "book_energy_error_share"},
-                             Source{&RunFigures::strain_max, "max_strain"},
-                             Source{&RunFigures::strain_over, "strain_over_max"},
+                             Source{&RunFigures::force_above_30hz_rms_n, "force_above_30hz_rms_n"},
+                             Source{&RunFigures::force_above_30hz_share, "force_above_30hz_share"},
+                             Source{&RunFigures::momentum_residual_share, "momentum_residual_share"},
+                             Source{&RunFigures::energy_residual_share, "energy_residual_share"},
+                             Source{&RunFigures::max_strain, "max_strain"},
+                             Source{&RunFigures::strain_over_max, "strain_over_max"},
                              Source{&RunFigures::ruptures, "ruptures"},
                              Source{&RunFigures::truncated_ticks, "truncated_ticks"}};
 
 /// What truth says of a motion, whoever made it.
-constexpr std::array outcome_figures{&RunFigures::left_p50,
-                                     &RunFigures::left_max,
-                                     &RunFigures::left_last,
-                                     &RunFigures::left_settled,
-                                     &RunFigures::overlap_volume,
-                                     &RunFigures::min_translation,
-                                     &RunFigures::ticks_to_clear_p50,
+constexpr std::array outcome_figures{&RunFigures::residual_penetration_median_m,
+                                     &RunFigures::residual_penetration_max_m,
+                                     &RunFigures::residual_penetration_final_m,
+                                     &RunFigures::residual_penetration_settled_m,
+                                     &RunFigures::overlap_volume_max_m3,
+                                     &RunFigures::min_translation_max_m,
+                                     &RunFigures::ticks_to_clear_median,
                                      &RunFigures::ticks_to_clear_max,
                                      &RunFigures::uncleared,
                                      &RunFigures::re_penetrations,
-                                     &RunFigures::overshoot,
-                                     &RunFigures::wrong_vertices_max,
-                                     &RunFigures::wrong_vertices_last,
-                                     &RunFigures::undecided_max,
-                                     &RunFigures::undecided_ticks,
-                                     &RunFigures::strain_over};
+                                     &RunFigures::overshoot_max_m,
+                                     &RunFigures::wrong_side_vertices_max,
+                                     &RunFigures::wrong_side_vertices_last,
+                                     &RunFigures::side_undecided_max,
+                                     &RunFigures::side_undecided_ticks,
+                                     &RunFigures::strain_over_max};
 
 /// Results::noise_floor().
 double noise_between(const std::vector<RunFigures>& runs) {
@@ -110,7 +110,7 @@ double noise_between(const std::vector<RunFigures>& runs) {
         if (spec.scene.empty()) continue;
         processes[{spec.mode, spec.scene, spec.detector, spec.response, spec.contacts, spec.stepper, spec.knob,
                    spec.point}]
-            .push_back(run.tick_p50);
+            .push_back(run.total_median_ns);
     }
     std::vector<double> spreads;
     for (const auto& [same, medians] : processes) {
@@ -198,8 +198,8 @@ bool same_motion(const RunFigures& a, const RunFigures& b) {
     const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
     // A state knows nothing of forces where scripts lead all bodies.
     return first.spec.scene == second.spec.scene && a.ok() && b.ok() && !first.state_hash.empty() &&
-           first.state_hash == second.state_hash && same(a.force_max, b.force_max) &&
-           same(a.force_jump_max, b.force_jump_max);
+           first.state_hash == second.state_hash && same(a.force_max_n, b.force_max_n) &&
+           same(a.force_jump_max_n, b.force_jump_max_n);
 }
 
 double as_printed(double value) {
@@ -239,7 +239,7 @@ Estimate across_processes(const std::vector<double>& by_process, const Resamples
 
 std::string by_stepper(const std::string& stepper) { return stepper.empty() ? stepper : " by " + stepper; }
 
-std::string Contestant::label() const {
+std::string Method::label() const {
     std::string text = detector;
     if (!response.empty()) text += (text.empty() ? "" : " + ") + response;
     if (!contacts.empty() && mode == "closed_loop") text += " (" + contacts + ")";
@@ -265,8 +265,8 @@ Estimate SceneResult::of(double RunFigures::*figure) const {
 
 const Resamples& SceneResult::resamples_of(double RunFigures::*figure) const {
     static const Resamples none;
-    if (figure == &RunFigures::tick_p50) return p50_resamples;
-    return figure == &RunFigures::tick_p99 ? p99_resamples : none;
+    if (figure == &RunFigures::total_median_ns) return p50_resamples;
+    return figure == &RunFigures::total_p99_ns ? p99_resamples : none;
 }
 
 double SceneResult::first(double RunFigures::*figure) const { return runs.empty() ? not_known : runs.front().*figure; }
@@ -278,7 +278,8 @@ bool SceneResult::repeatable() const {
         return one.state_hash == other.state_hash && one.frames_hash == other.frames_hash &&
                std::equal(one.rows.begin(), one.rows.end(), other.rows.begin(), other.rows.end(),
                           [](const StepRow& a, const StepRow& b) {
-                              return a.pairs == b.pairs && a.missing == b.missing && a.extra == b.extra;
+                              return a.pairs == b.pairs && a.false_negatives == b.false_negatives &&
+                                     a.false_positives == b.false_positives;
                           });
     });
 }
@@ -288,13 +289,13 @@ Results::Results(const std::vector<Record>& records) {
     for (const Record& record : records) {
         runs_.push_back(figures_of(record));
         const RunSpec& spec = record.spec;
-        if (spec.scene.empty()) continue;   // told once for all scenes: an unanswerable combination
+        if (spec.scene.empty()) continue;   // reported once for all scenes: an unanswerable combination
         if (!spec.point.empty()) continue;  // a knob that is turned makes another run, not another process of the same
-        by_contestant_[{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper}][spec.scene]
-            .runs.push_back(runs_.back());
+        by_method_[{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper}][spec.scene].runs.push_back(
+            runs_.back());
         if (!spec.pair_class.empty()) class_of_scene_[spec.scene] = spec.pair_class;
     }
-    for (auto& [contestant, scenes] : by_contestant_) {
+    for (auto& [method, scenes] : by_method_) {
         for (auto& [scene, result] : scenes) {
             std::sort(result.runs.begin(), result.runs.end(), [](const RunFigures& a, const RunFigures& b) {
                 return a.record->spec.repetition < b.record->spec.repetition;
@@ -307,14 +308,14 @@ Results::Results(const std::vector<Record>& records) {
 }
 
 void Results::judge_by_twins() {
-    for (auto& [contestant, scenes] : by_contestant_) {
-        if (contestant.mode != "closed_loop") continue;
+    for (auto& [method, scenes] : by_method_) {
+        if (method.mode != "closed_loop") continue;
         for (auto& [scene, result] : scenes) {
             for (RunFigures& run : result.runs) {
                 if (run.judged() || !run.ok()) continue;
                 for (const RunFigures& twin : runs_) {
                     const RunSpec& spec = twin.record->spec;
-                    if (spec.mode != contestant.mode || !twin.judged() || !same_motion(run, twin)) {
+                    if (spec.mode != method.mode || !twin.judged() || !same_motion(run, twin)) {
                         continue;
                     }
                     for (const auto figure : outcome_figures) run.*figure = twin.*figure;
@@ -328,15 +329,15 @@ void Results::judge_by_twins() {
 void Results::resample_ticks(const std::string& scene) {
     std::vector<std::pair<SceneResult*, TickTimes>> replayed;
     std::int64_t block = 1;
-    for (auto& [contestant, scenes] : by_contestant_) {
+    for (auto& [method, scenes] : by_method_) {
         const auto found = scenes.find(scene);
-        if (contestant.mode != "replay" || found == scenes.end() || !found->second.ok() ||
+        if (method.mode != "replay" || found == scenes.end() || !found->second.ok() ||
             found->second.runs.size() < static_cast<std::size_t>(processes_for_interval)) {
             continue;
         }
         TickTimes times = replayed_ticks(found->second);
         if (times.empty()) continue;
-        // The longest of all, so that every contestant is drawn alike and none too finely.
+        // The longest of all, so that every method is drawn alike and none too finely.
         const std::vector<double> common = median_over_processes(times);
         block = std::max(block, block_length(static_cast<std::int64_t>(common.size()), lag_one_correlation(common)));
         replayed.emplace_back(&found->second, std::move(times));
@@ -350,18 +351,18 @@ void Results::resample_ticks(const std::string& scene) {
     }
 }
 
-std::vector<Contestant> Results::contestants(std::string_view mode) const {
-    std::vector<Contestant> list;
-    for (const auto& [contestant, scenes] : by_contestant_) {
-        if (contestant.mode == mode) list.push_back(contestant);
+std::vector<Method> Results::methods(std::string_view mode) const {
+    std::vector<Method> list;
+    for (const auto& [method, scenes] : by_method_) {
+        if (method.mode == mode) list.push_back(method);
     }
     return list;
 }
 
 std::vector<std::string> Results::scenes(std::string_view mode) const {
     std::set<std::string> names;
-    for (const auto& [contestant, scenes] : by_contestant_) {
-        if (contestant.mode != mode) continue;
+    for (const auto& [method, scenes] : by_method_) {
+        if (method.mode != mode) continue;
         for (const auto& [scene, result] : scenes) names.insert(scene);
     }
     return {names.begin(), names.end()};
@@ -373,16 +374,16 @@ const std::string& Results::class_of(const std::string& scene) const {
     return found == class_of_scene_.end() ? unknown : found->second;
 }
 
-const SceneResult* Results::find(const Contestant& contestant, const std::string& scene) const {
-    const auto scenes = by_contestant_.find(contestant);
-    if (scenes == by_contestant_.end()) return nullptr;
+const SceneResult* Results::find(const Method& method, const std::string& scene) const {
+    const auto scenes = by_method_.find(method);
+    if (scenes == by_method_.end()) return nullptr;
     const auto result = scenes->second.find(scene);
     return result == scenes->second.end() ? nullptr : &result->second;
 }
 
-std::string Results::fact(const Contestant& contestant, const std::string& key) const {
-    const auto scenes = by_contestant_.find(contestant);
-    if (scenes == by_contestant_.end()) return {};
+std::string Results::fact(const Method& method, const std::string& key) const {
+    const auto scenes = by_method_.find(method);
+    if (scenes == by_method_.end()) return {};
     for (const auto& [scene, result] : scenes->second) {
         for (const RunFigures& run : result.runs) {
             const auto found = run.record->environment.find(key);

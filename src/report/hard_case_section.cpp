@@ -1,5 +1,5 @@
 // The hard-case matrix: case by method, with what each said. The right answer of a case comes with the case (by
-// reasoning, told below the matrix), that of a family of triangle pairs with its file.
+// reasoning, reported below the matrix), that of a family of triangle pairs with its file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ struct Cell {
     bool right = false;
 };
 
-/// "residual_max_m 0.43 mm": metres as millimetres, everything else as it is.
+/// "residual_penetration_max_m 0.43 mm": metres as millimetres, everything else as it is.
 std::string figure_text(const std::string& key, double value, const std::string& relation = " ") {
     const SummaryFigure& figure = summary_figure(key);
     if (std::isnan(value)) return key + " n/a";
@@ -63,8 +63,8 @@ Cell cell_of(const Record& record) {
     Cell cell{.text = {}, .asked = true};
     const std::string& expected = case_fact(record, "case.outcome");
     if (!expected.empty() && expected != name_of(OutcomeKind::ok)) {
-        cell.right = name_of(kind) == expected && !(summary_of(record, "extra") > 0.0);
-        cell.text = cell.right ? "ok" : kind == OutcomeKind::ok ? "not told" : word_of(kind);
+        cell.right = name_of(kind) == expected && !(summary_of(record, "false_positives") > 0.0);
+        cell.text = cell.right ? "ok" : kind == OutcomeKind::ok ? "not reported" : word_of(kind);
         return cell;
     }
     std::vector<std::string> faults;
@@ -74,11 +74,13 @@ Cell cell_of(const Record& record) {
                                               ? " " + count_text(failed)
                                               : std::string()));
     }
-    if (const double missing = summary_of(record, "missing"); missing > 0.0 && record.spec.response.empty()) {
-        faults.push_back("miss " + count_text(missing));
+    if (const double false_negatives = summary_of(record, "false_negatives");
+        false_negatives > 0.0 && record.spec.response.empty()) {
+        faults.push_back("miss " + count_text(false_negatives));
     }
-    if (const double extra = summary_of(record, "extra"); extra > 0.0 && record.spec.response.empty()) {
-        faults.push_back("extra " + count_text(extra));
+    if (const double false_positives = summary_of(record, "false_positives");
+        false_positives > 0.0 && record.spec.response.empty()) {
+        faults.push_back("extra " + count_text(false_positives));
     }
     constexpr std::string_view bound = "case.at_most.";
     for (const auto& [key, text] : record.environment) {
@@ -95,7 +97,7 @@ Cell cell_of(const Record& record) {
 
 std::string expected_text(const Record& record) {
     const std::string& outcome = case_fact(record, "case.outcome");
-    if (!outcome.empty() && outcome != name_of(OutcomeKind::ok)) return "told as " + outcome;
+    if (!outcome.empty() && outcome != name_of(OutcomeKind::ok)) return "reported as " + outcome;
     std::vector<std::string> bounds;
     constexpr std::string_view bound = "case.at_most.";
     for (const auto& [key, text] : record.environment) {
@@ -143,11 +145,12 @@ Table table_of(const Matrix& matrix, const std::string& caption, const std::stri
     if (!absent.empty()) table.note = "Absent from this build: " + joined(absent) + ".";
     std::map<std::string, std::pair<int, int>> tally;  // right, asked
     for (const auto& [key, row] : matrix.rows) {
-        const Record* told = nullptr;  // an absent method's record has no summary to tell the counts
+        const Record* reported = nullptr;  // an absent method's record has no summary to report the counts
         for (const auto& [method, record] : row) {
-            if (told == nullptr || told->summary.size() < record->summary.size()) told = record;
+            if (reported == nullptr || reported->summary.size() < record->summary.size()) reported = record;
         }
-        TableRow line{.cells = {(key.first.empty() ? "" : key.first + ": ") + code(key.second), expected_text(*told)}};
+        TableRow line{
+            .cells = {(key.first.empty() ? "" : key.first + ": ") + code(key.second), expected_text(*reported)}};
         for (const std::string& method : methods) {
             const auto found = row.find(method);
             if (found == row.end()) {
@@ -200,11 +203,11 @@ std::string hard_case_sentence(const Draft& draft) {
 
 Table hard_case_tally(const Draft& draft, bool responses) {
     constexpr std::size_t kinds = 5;
-    constexpr std::array<const char*, kinds> names{"miss", "extra", "NaN", "crash, throw", "other fault"};
+    constexpr std::array<const char*, kinds> names{"miss", "false_positives", "NaN", "crash, throw", "other fault"};
     struct Tally {
         int right = 0;
         int asked = 0;
-        std::array<int, kinds> faults{};  ///< cases with such a fault, the first that is told
+        std::array<int, kinds> faults{};  ///< cases with such a fault, the first that is reported
         auto operator<=>(const Tally&) const = default;
     };
     std::map<std::string, Tally> by_method;
@@ -222,7 +225,7 @@ Table hard_case_tally(const Draft& draft, bool responses) {
         }
         const std::string& text = cell.text;
         const std::size_t kind = text.starts_with("miss")                                 ? 0
-                                 : text.starts_with("extra")                              ? 1
+                                 : text.starts_with("false_positives")                    ? 1
                                  : text.starts_with("NaN")                                ? 2
                                  : text.starts_with("crash") || text.starts_with("throw") ? 3
                                                                                           : 4;
@@ -290,9 +293,11 @@ void add_hard_cases(Draft& draft) {
     draft.heading(2, "Hard cases");
     draft.paragraph(
         "Each method on every case, in a process of its own. ok = the right answer; miss, extra = pairs (of a family: "
-        "triangle pairs in it) that were not told or are not there; NaN = the outcome not_finite, or a contact of the "
-        "library's own that is no number; throw, crash, time-out, unstable = how the run ended; not told = a frame "
-        "that is no number, or a step beyond the limit, went unnoticed. Where a bound is broken, the figure is told. "
+        "triangle pairs in it) that were not reported or are not there; NaN = the outcome not_finite, or a contact of "
+        "the "
+        "library's own that is no number; throw, crash, time-out, unstable = how the run ended; not reported = a frame "
+        "that is no number, or a step beyond the limit, went unnoticed. Where a bound is broken, the figure is "
+        "reported. "
         "No right answer comes from a method.");
     draft.add(table_of(meshes, "Detectors on meshes", "case"));
     draft.add(table_of(families, "Detectors on families of hard triangle pairs, truth from the files", "family"));

@@ -169,7 +169,7 @@ const char* const page_script = R"(
       var chart = window.trocarCharts.echarts.init(box, null, { renderer: "svg" });
       chart.setOption(option);
       new ResizeObserver(function () { chart.resize(); }).observe(box);
-    } catch (fault) {  // the drawing tells the same
+    } catch (fault) {  // the drawing reports the same
       box.remove();
       figure.querySelector("svg").style.display = "";
       throw fault;

@@ -67,8 +67,8 @@ struct Mark {
     std::array<bool, 2> force_dominated{};
 };
 
-/// What the reference can tell apart, N; NaN where a force is not known.
-double told_apart(const Mark& mark, std::size_t law) {
+/// What the reference can distinguish, N; NaN where a force is not known.
+double reported_apart(const Mark& mark, std::size_t law) {
     return std::isnan(mark.force.at(law)) ? not_known
                                           : as_printed(std::fmax(mark.force.at(law), mark.force_bound.at(law)));
 }
@@ -79,7 +79,7 @@ struct Chart {
     std::string knob;
     bool replay = false;
     std::vector<Mark> marks = {};  ///< curve by curve, each in the order of its points
-    // What the records tell of the references: hard contact's has no stiffness, equal k is solved for each.
+    // What the records report the references: hard contact's has no stiffness, equal k is solved for each.
     std::string hard_reference = {};
     std::map<Point, std::string> equal_k_reference = {};
     [[nodiscard]] const char* unit() const { return knob == "dt" ? " s" : knob == "k" ? " N/m" : ""; }
@@ -116,8 +116,8 @@ Mark make_mark(const std::string& curve, const std::string& point, const std::ve
     medians.reserve(runs.size());
     for (const Record* run : runs) medians.push_back(summary_of(*run, "total_median_ns"));
     mark.time = across_processes(medians).value * us * (1e-3 / Point{dt_text->second}.number());
-    mark.error =
-        replay ? summary_of(first, "missing") + summary_of(first, "extra") : summary_of(first, "residual_max_m") * mm;
+    mark.error = replay ? summary_of(first, "false_negatives") + summary_of(first, "false_positives")
+                        : summary_of(first, "residual_penetration_max_m") * mm;
     for (const Law& law : laws) {
         mark.force.at(law.number) = summary_of(first, std::string("force_error_rms") + law.ending);
         mark.force_bound.at(law.number) = summary_of(first, std::string("force_bound") + law.ending);
@@ -143,12 +143,12 @@ void mark_dominated(Chart& chart, double noise_floor) {
         mark.dominated = is_dominated(mark, chart.marks, noise, [](const Mark& m) { return as_printed(m.error); });
         for (const Law& law : laws) {
             mark.force_dominated.at(law.number) =
-                is_dominated(mark, chart.marks, noise, [&](const Mark& m) { return told_apart(m, law.number); });
+                is_dominated(mark, chart.marks, noise, [&](const Mark& m) { return reported_apart(m, law.number); });
         }
     }
 }
 
-/// What the records tell of the scene's references.
+/// What the records report the scene's references.
 void read_references(const std::vector<const Record*>& runs, Chart& chart) {
     for (const Record* run : runs) {
         const auto hard_text = run->environment.find("reference.hard");
@@ -213,7 +213,7 @@ Ends ends_of(const Chart& chart) {
         if (ends.fast == nullptr || by_time(mark) < by_time(*ends.fast)) ends.fast = &mark;
         for (const Law& law : laws) {
             const Mark*& best = ends.force.at(law.number);
-            const auto by_force = [&](const Mark& m) { return std::pair(told_apart(m, law.number), m.time); };
+            const auto by_force = [&](const Mark& m) { return std::pair(reported_apart(m, law.number), m.time); };
             if (std::isnan(mark.force.at(law.number)) || !chart.ranks_forces(law.number)) continue;
             if (best == nullptr || by_force(mark) < by_force(*best)) best = &mark;
         }
@@ -261,7 +261,8 @@ Table force_ends_table(const std::vector<Chart>& charts) {
     table.note =
         "Two laws, two rankings: a response with springs as soft as the scene's k belongs beside the reference of "
         "equal k, one that holds surfaces apart beside hard contact; against the other law the difference of the laws "
-        "counts as error. ≤: within the reference's own bound, where errors cannot be told apart; the fastest of these "
+        "counts as error. ≤: within the reference's own bound, where errors cannot be distinguished; the fastest of "
+        "these "
         "stands here. not ranked: no reference, or all errors within its bound. Where the knob turns k, the reference "
         "of equal k is solved anew for each value, and every point is held against that of its own.";
     for (const Chart& chart : charts) {
@@ -376,7 +377,7 @@ ScatterChart drawing_of(const Chart& chart, const KnobPanel& panel) {
              .label = mark.point});
         if (!panel.dominated(mark)) drawing.front.emplace_back(mark.time, error);
     }
-    for (ChartSeries& curve : drawing.series) {  // the ends tell which way a curve runs
+    for (ChartSeries& curve : drawing.series) {  // the ends say which way a curve runs
         for (std::size_t i = 1; i + 1 < curve.points.size(); ++i) curve.points[i].label.clear();
     }
     std::sort(drawing.front.begin(), drawing.front.end());
@@ -389,12 +390,12 @@ std::string work_precision_sentence(const Draft& draft) {
     for (const Chart& chart : charts_of(draft)) {
         const Ends ends = ends_of(chart);
         if (chart.replay || ends.exact == nullptr) continue;
-        const auto tell = [&chart](const Mark& mark) {
+        const auto report = [&chart](const Mark& mark) {
             return fmt::format("{} ({} mm at worst, {} µs per simulated ms)", mark_text(chart, mark),
                                scaled(mark.error), scaled(mark.time));
         };
         return fmt::format("On {} over {}, least is left by {}; fastest is {}.", chart.scene, code(chart.knob),
-                           tell(*ends.exact), tell(*ends.fast));
+                           report(*ends.exact), report(*ends.fast));
     }
     return {};
 }

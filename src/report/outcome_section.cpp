@@ -16,26 +16,25 @@ std::string two(double first, double second, double scale = 1.0) {
 
 using Cells = std::function<std::vector<std::string>(const RunFigures&)>;
 
-/// Contestants on one scene that moved alike, bit by bit.
+/// Methods on one scene that moved alike, bit by bit.
 struct Motion {
-    const RunFigures* run = nullptr;  ///< of the first contestant, first process
-    std::vector<const Contestant*> contestants;
+    const RunFigures* run = nullptr;  ///< of the first method, first process
+    std::vector<const Method*> methods;
 };
 
-/// The different motions of the closed-loop runs that ended well, in the order of `contestants`, which they point into.
-std::vector<Motion> motions_of(const Draft& draft, const std::string& scene,
-                               const std::vector<Contestant>& contestants) {
+/// The different motions of the closed-loop runs that ended well, in the order of `methods`, which they point into.
+std::vector<Motion> motions_of(const Draft& draft, const std::string& scene, const std::vector<Method>& methods) {
     std::vector<Motion> motions;
-    for (const Contestant& contestant : contestants) {
-        const SceneResult* result = draft.results.find(contestant, scene);
+    for (const Method& method : methods) {
+        const SceneResult* result = draft.results.find(method, scene);
         if (result == nullptr || !result->ok()) continue;
         const RunFigures& run = result->runs.front();
         const auto found = std::find_if(motions.begin(), motions.end(),
                                         [&run](const Motion& motion) { return same_motion(*motion.run, run); });
         if (found == motions.end()) {
-            motions.push_back({&run, {&contestant}});
+            motions.push_back({&run, {&method}});
         } else {
-            found->contestants.push_back(&contestant);
+            found->methods.push_back(&method);
         }
     }
     return motions;
@@ -43,10 +42,10 @@ std::vector<Motion> motions_of(const Draft& draft, const std::string& scene,
 
 /// "`fcl_bvh + penalty (canonical)`, moving alike: `ohc`"
 std::string who_text(const Motion& motion) {
-    const Contestant& first = *motion.contestants.front();
+    const Method& first = *motion.methods.front();
     std::string text = code(first.label());
-    for (std::size_t i = 1; i < motion.contestants.size(); ++i) {
-        const Contestant& other = *motion.contestants[i];
+    for (std::size_t i = 1; i < motion.methods.size(); ++i) {
+        const Method& other = *motion.methods[i];
         text +=
             (i == 1 ? ", moving alike: " : ", ") +
             code(other.contacts == first.contacts && other.response == first.response ? other.detector : other.label());
@@ -60,12 +59,12 @@ Table rows_per_motion(const Draft& draft, const std::string& caption, const std:
     Table table;
     table.caption = caption;
     table.folded = true;
-    table.columns = {{"class", false}, {"scene", false}, {"detector + response (contact source)", false}};
+    table.columns = {{"class", false}, {"scene", false}, {"detector + response (contact generator)", false}};
     table.columns.insert(table.columns.end(), columns.begin(), columns.end());
-    const std::vector<Contestant> contestants = draft.results.contestants("closed_loop");
+    const std::vector<Method> methods = draft.results.methods("closed_loop");
     for (const auto& [name, scenes] : draft.scenes_by_class()) {
         for (const std::string& scene : scenes) {
-            for (const Motion& motion : motions_of(draft, scene, contestants)) {
+            for (const Motion& motion : motions_of(draft, scene, methods)) {
                 std::vector<std::string> cells{name, scene, who_text(motion)};
                 const std::vector<std::string> figures = cells_of(*motion.run);
                 cells.insert(cells.end(), figures.begin(), figures.end());
@@ -81,8 +80,8 @@ enum class Settled { ends_before, cleared, torn, not_cleared };
 
 Settled settled(const RunFigures& run) {
     constexpr double cleared = 1.0e-4;  // m
-    if (std::isnan(run.left_settled)) return Settled::ends_before;
-    if (run.left_settled <= cleared) return Settled::cleared;
+    if (std::isnan(run.residual_penetration_settled_m)) return Settled::ends_before;
+    if (run.residual_penetration_settled_m <= cleared) return Settled::cleared;
     return run.ruptures > 0.0 ? Settled::torn : Settled::not_cleared;
 }
 
@@ -93,40 +92,41 @@ std::string settled_text(const RunFigures& run) {
         case Settled::cleared:
             return "cleared";
         case Settled::torn:
-            return "rupture told";
+            return "rupture reported";
         case Settled::not_cleared:
             break;
     }
-    if (!(run.wrong_vertices_last > 0.0)) return "not cleared";
-    return fmt::format("not cleared: {} vertices stay on the wrong side, no rupture told",
-                       count_text(run.wrong_vertices_last));
+    if (!(run.wrong_side_vertices_last > 0.0)) return "not cleared";
+    return fmt::format("not cleared: {} vertices stay on the wrong side, no rupture reported",
+                       count_text(run.wrong_side_vertices_last));
 }
 
 std::string hard_reference_text(const RunFigures& run) {
-    return std::isnan(run.reference_clears) ? "no reference" : yes_no(run.reference_clears > 0.0);
+    return std::isnan(run.reference_clears_hard) ? "no reference" : yes_no(run.reference_clears_hard > 0.0);
 }
 
 /// One response on one scene, over the detectors of the study.
 struct WorstOfDetectors {
     const RunFigures* settled = nullptr;
-    double left_max = not_known;  ///< m, of the whole run
+    double residual_penetration_max_m = not_known;  ///< m, of the whole run
 };
 
-/// By response (and contact source), then scene; runs that end too early are left out.
+/// By response (and contact generator), then scene; runs that end too early are left out.
 std::map<std::string, std::map<std::string, WorstOfDetectors>> worst_of_detectors(const Draft& draft) {
     std::map<std::string, std::map<std::string, WorstOfDetectors>> all;
-    const auto rank = [](const RunFigures& run) { return std::pair(settled(run), run.left_settled); };
-    for (const Contestant& contestant : draft.results.contestants("closed_loop")) {
+    const auto rank = [](const RunFigures& run) { return std::pair(settled(run), run.residual_penetration_settled_m); };
+    for (const Method& method : draft.results.methods("closed_loop")) {
         // What a blind or half blind detector costs stands under "lost by the detector".
-        if (draft.results.fact(contestant, "detector.control") == "yes") continue;
+        if (draft.results.fact(method, "detector.control") == "yes") continue;
         for (const std::string& scene : draft.results.scenes("closed_loop")) {
-            const SceneResult* result = draft.results.find(contestant, scene);
+            const SceneResult* result = draft.results.find(method, scene);
             if (result == nullptr || !result->ok()) continue;
             const RunFigures& run = result->runs.front();
             if (settled(run) == Settled::ends_before) continue;
             WorstOfDetectors& worst =
-                all[contestant.response + " (" + contestant.contacts + ")" + by_stepper(contestant.stepper)][scene];
-            worst.left_max = std::fmax(worst.left_max, run.left_max);
+                all[method.response + " (" + method.contacts + ")" + by_stepper(method.stepper)][scene];
+            worst.residual_penetration_max_m =
+                std::fmax(worst.residual_penetration_max_m, run.residual_penetration_max_m);
             // The figures live in the results, as long as the draft.
             if (worst.settled == nullptr || rank(*worst.settled) < rank(run)) worst.settled = &run;
         }
@@ -152,9 +152,10 @@ Table settled_matrix(const Draft& draft) {
             const RunFigures& run = *found->second.settled;
             cells[1] = hard_reference_text(run);
             const bool cleared = settled(run) == Settled::cleared;
-            cells.push_back(fmt::format("{} ({} mm {})", settled_text(run),
-                                        scaled(cleared ? found->second.left_max : run.left_settled, mm),
-                                        cleared ? "at worst before" : "left"));
+            cells.push_back(fmt::format(
+                "{} ({} mm {})", settled_text(run),
+                scaled(cleared ? found->second.residual_penetration_max_m : run.residual_penetration_settled_m, mm),
+                cleared ? "at worst before" : "left"));
         }
         if (!cells[1].empty()) table.rows.push_back({.cells = std::move(cells)});
     }
@@ -162,7 +163,7 @@ Table settled_matrix(const Draft& draft) {
         "The worst over the detectors of the study, controls left out. Cleared: at most 0.1 mm on every judged tick "
         "from 200 ms after the "
         "last key on; in brackets the most that was left on the way there. A scene that hard contact itself does not "
-        "clear within the strain limit ends well only with a rupture told. Runs that end before are left out.";
+        "clear within the strain limit ends well only with a rupture reported. Runs that end before are left out.";
     return table;
 }
 
@@ -174,7 +175,7 @@ Table settled_table(const Draft& draft) {
                                    {"ruptures", true},
                                    {"verdict", false}},
                                   [](const RunFigures& run) -> std::vector<std::string> {
-                                      return {scaled(run.left_settled, mm), hard_reference_text(run),
+                                      return {scaled(run.residual_penetration_settled_m, mm), hard_reference_text(run),
                                               count_text(run.ruptures), settled_text(run)};
                                   });
     std::erase_if(table.rows, [](const TableRow& row) { return row.cells.back() == "run ends before"; });
@@ -184,35 +185,35 @@ Table settled_table(const Draft& draft) {
 }  // namespace
 
 void add_outcome(Draft& draft) {
-    if (draft.results.contestants("closed_loop").empty()) return;
+    if (draft.results.methods("closed_loop").empty()) return;
     draft.heading(2, "What is left behind, and what it costs");
     draft.paragraph(
         "All from geometry on the frame after the step, never from a response's own words. A spell is a stretch of "
         "ticks with more than 0.1 mm of depth; its length is known to the judged ticks. Scripts that hold the tool in "
         "the tissue make long spells for every response: compare rows of one scene.");
     bool any_undecided = false;
-    Table clearing =
-        rows_per_motion(draft, "Clearing",
-                        {{"ticks to clear, median / max", true},
-                         {"left at the end", false},
-                         {"re-penetrations", true},
-                         {"overshoot, max (mm)", true},
-                         {"wrong-side vertices, max / last", true},
-                         {"overlap volume, max (mm³)", true},
-                         {"minimum translation, max (mm)", true},
-                         {"strain over the limit, max", true}},
-                        [&any_undecided](const RunFigures& run) -> std::vector<std::string> {
-                            any_undecided = any_undecided || run.undecided_max > 0.0;
-                            return {two(run.ticks_to_clear_p50, run.ticks_to_clear_max),
-                                    std::isnan(run.uncleared) ? "n/a" : yes_no(run.uncleared > 0.0),
-                                    count_text(run.re_penetrations),
-                                    scaled(run.overshoot, mm),
-                                    count_text(run.wrong_vertices_max) + " / " + count_text(run.wrong_vertices_last) +
-                                        undecided_text(run.undecided_max),
-                                    scaled(run.overlap_volume, mm * mm * mm),
-                                    scaled(run.min_translation, mm),
-                                    scaled(run.strain_over)};
-                        });
+    Table clearing = rows_per_motion(draft, "Clearing",
+                                     {{"ticks to clear, median / max", true},
+                                      {"left at the end", false},
+                                      {"re-penetrations", true},
+                                      {"overshoot, max (mm)", true},
+                                      {"wrong-side vertices, max / last", true},
+                                      {"overlap volume, max (mm³)", true},
+                                      {"minimum translation, max (mm)", true},
+                                      {"strain over the limit, max", true}},
+                                     [&any_undecided](const RunFigures& run) -> std::vector<std::string> {
+                                         any_undecided = any_undecided || run.side_undecided_max > 0.0;
+                                         return {two(run.ticks_to_clear_median, run.ticks_to_clear_max),
+                                                 std::isnan(run.uncleared) ? "n/a" : yes_no(run.uncleared > 0.0),
+                                                 count_text(run.re_penetrations),
+                                                 scaled(run.overshoot_max_m, mm),
+                                                 count_text(run.wrong_side_vertices_max) + " / " +
+                                                     count_text(run.wrong_side_vertices_last) +
+                                                     undecided_text(run.side_undecided_max),
+                                                 scaled(run.overlap_volume_max_m3, mm * mm * mm),
+                                                 scaled(run.min_translation_max_m, mm),
+                                                 scaled(run.strain_over_max)};
+                                     });
     clearing.note =
         "Ticks to clear: from the first tick of a spell to the first clear one; n/a: no spell ended. Overshoot: gap "
         "within 20 ticks after a depth, less what scripts moved. Overlap volume and minimum translation (over 26 "
@@ -227,10 +228,11 @@ void add_outcome(Draft& draft) {
          {"momentum error (share)", true},
          {"energy error (share)", true}},
         [](const RunFigures& run) -> std::vector<std::string> {
-            const bool reference = !std::isnan(run.force_worst_equal_k) || !std::isnan(run.force_worst_hard);
-            return {reference ? two(run.force_worst_equal_k, run.force_worst_hard) : "no reference",
-                    two(run.force_fast_rms, run.force_fast_share), count_text(run.force_flips),
-                    scaled(run.momentum_share), scaled(run.energy_share)};
+            const bool reference =
+                !std::isnan(run.force_error_worst_equal_k) || !std::isnan(run.force_error_worst_hard);
+            return {reference ? two(run.force_error_worst_equal_k, run.force_error_worst_hard) : "no reference",
+                    two(run.force_above_30hz_rms_n, run.force_above_30hz_share), count_text(run.force_flips),
+                    scaled(run.momentum_residual_share), scaled(run.energy_residual_share)};
         });
     signal.note =
         "Before any filter. Momentum error: largest momentum at any time that the books of tissue and hands do not "

@@ -1,4 +1,4 @@
-// One figure of a contestant over several scenes: the geometric mean for every process and, where replays were
+// One figure of a method over several scenes: the geometric mean for every process and, where replays were
 // resampled, for every resample, so that intervals of means and of ratios come from the same draws.
 #pragma once
 

@@ -138,10 +138,10 @@ Table paced_page(const Draft& draft) {
     std::vector<std::size_t> kept;
     for (std::size_t c = 0; c < all.columns.size(); ++c) {
         const std::string& head = all.columns[c].header;
-        const bool is_told = head == "scene" || head == "detector + response" || head == "p50 (µs)" ||
-                             head == "p99 (µs)" || head == "deadline misses" || head == "empty loop: misses" ||
-                             head.starts_with("tick / ");
-        if (!is_told) continue;
+        const bool is_reported = head == "scene" || head == "detector + response" || head == "p50 (µs)" ||
+                                 head == "p99 (µs)" || head == "deadline misses" || head == "empty loop: misses" ||
+                                 head.starts_with("tick / ");
+        if (!is_reported) continue;
         kept.push_back(c);
         table.columns.push_back(all.columns[c]);
     }

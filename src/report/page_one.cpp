@@ -16,23 +16,23 @@ void keep_known(std::vector<double>& values, double value) {
     if (!std::isnan(value)) values.push_back(value);
 }
 
-/// The detector that most contestants have: the one that page 1 need not name.
-std::map<std::string, int> count_by_detector(const std::vector<Contestant>& contestants) {
+/// The detector that most methods have: the one that page 1 need not name.
+std::map<std::string, int> count_by_detector(const std::vector<Method>& methods) {
     std::map<std::string, int> count;
-    for (const Contestant& contestant : contestants) ++count[contestant.detector];
+    for (const Method& method : methods) ++count[method.detector];
     return count;
 }
 
-ResponseRow make_row(const Results& results, const Contestant& contestant, const std::vector<std::string>& scenes) {
+ResponseRow make_row(const Results& results, const Method& method, const std::vector<std::string>& scenes) {
     ResponseRow row;
-    row.who = {contestant};
-    row.setting = results.fact(contestant, "response.setting");
-    row.ours = contestant.response == results.fact(contestant, "study.ours");
-    row.control = results.fact(contestant, "response.control") == "yes";
+    row.who = {method};
+    row.setting = results.fact(method, "response.setting");
+    row.ours = method.response == results.fact(method, "study.ours");
+    row.control = results.fact(method, "response.control") == "yes";
     std::vector<double> depths;
     std::vector<double> forces;
     for (const std::string& scene : scenes) {
-        const SceneResult* result = results.find(contestant, scene);
+        const SceneResult* result = results.find(method, scene);
         if (result == nullptr || result->not_applicable()) {
             ++row.not_run;
             continue;
@@ -41,19 +41,20 @@ ResponseRow make_row(const Results& results, const Contestant& contestant, const
             ++row.runs;
             row.failed += run.ok() ? 0 : 1;
         }
-        // What a run did before it failed is no answer; the row is told as failed.
+        // What a run did before it failed is no answer; the row is reported as failed.
         if (!result->ok()) continue;
         const RunFigures& first = result->runs.front();
-        keep_known(depths, first.left_p50);
-        if (!std::isnan(first.left_max) && !(first.left_max <= row.depth_worst)) {
-            row.depth_worst = first.left_max;
+        keep_known(depths, first.residual_penetration_median_m);
+        if (!std::isnan(first.residual_penetration_max_m) &&
+            !(first.residual_penetration_max_m <= row.residual_penetration_max)) {
+            row.residual_penetration_max = first.residual_penetration_max_m;
             row.worst_on = scene;
         }
-        keep_known(forces, first.force_error_hard);
+        keep_known(forces, first.force_error_rms_hard);
         add_known(row.tears, first.ruptures);
-        take_larger(row.force_without_touch, first.force_without_touch);
-        take_larger(row.force_jump, first.force_jump_max);
-        take_larger(row.tick_p99, result->of(&RunFigures::tick_p99).value);
+        take_larger(row.force_without_touch_m, first.force_without_touch_m);
+        take_larger(row.force_jump, first.force_jump_max_n);
+        take_larger(row.total_p99_ns, result->of(&RunFigures::total_p99_ns).value);
     }
     row.depth_median = quantile(depths, 0.5);
     row.force_error = quantile(forces, 0.5);
@@ -61,8 +62,7 @@ ResponseRow make_row(const Results& results, const Contestant& contestant, const
 }
 
 /// On every scene of either.
-bool same_bits(const Results& results, const Contestant& a, const Contestant& b,
-               const std::vector<std::string>& scenes) {
+bool same_bits(const Results& results, const Method& a, const Method& b, const std::vector<std::string>& scenes) {
     bool any = false;
     for (const std::string& scene : scenes) {
         const SceneResult* first = results.find(a, scene);
@@ -81,34 +81,34 @@ std::vector<ResponseRow> response_rows(const Draft& draft, bool tissue) {
     const Results& results = draft.results;
     std::vector<std::string> scenes = judged_scenes(results, results.scenes("closed_loop"), tissue);
     std::erase(scenes, "");
-    std::vector<Contestant> contestants;
-    for (const Contestant& contestant : results.contestants("closed_loop")) {
-        if (contestant.response.empty() || results.fact(contestant, "detector.control") == "yes") continue;
-        contestants.push_back(contestant);
+    std::vector<Method> methods;
+    for (const Method& method : results.methods("closed_loop")) {
+        if (method.response.empty() || results.fact(method, "detector.control") == "yes") continue;
+        methods.push_back(method);
     }
-    const std::map<std::string, int> common = count_by_detector(contestants);
-    std::stable_sort(contestants.begin(), contestants.end(), [&common](const Contestant& a, const Contestant& b) {
+    const std::map<std::string, int> common = count_by_detector(methods);
+    std::stable_sort(methods.begin(), methods.end(), [&common](const Method& a, const Method& b) {
         return common.at(a.detector) > common.at(b.detector);
     });
     std::vector<ResponseRow> rows;
-    for (const Contestant& contestant : contestants) {
+    for (const Method& method : methods) {
         const auto twin = std::find_if(rows.begin(), rows.end(), [&](const ResponseRow& row) {
-            return same_bits(results, row.who.front(), contestant, scenes);
+            return same_bits(results, row.who.front(), method, scenes);
         });
         if (twin != rows.end()) {
-            twin->who.push_back(contestant);
+            twin->who.push_back(method);
             continue;
         }
-        ResponseRow row = make_row(results, contestant, scenes);
+        ResponseRow row = make_row(results, method, scenes);
         if (row.runs > 0) rows.push_back(std::move(row));
     }
     const auto rank = [](const ResponseRow& row) {
         return std::pair(response_order({.control = row.control,
                                          .failed = row.failed > 0,
                                          .not_run = row.not_run > 0,
-                                         .worst = row.depth_worst,
+                                         .worst = row.residual_penetration_max,
                                          .median = row.depth_median,
-                                         .tick_p99 = row.tick_p99}),
+                                         .total_p99_ns = row.total_p99_ns}),
                          row.who.front());
     };
     std::sort(rows.begin(), rows.end(),
@@ -128,11 +128,11 @@ std::vector<std::size_t> rows_that_matter(const std::vector<ResponseRow>& rows) 
 
 Headline headline_of(const std::vector<ResponseRow>& rows) {
     const auto usable = [](const ResponseRow& row) {
-        return !row.control && row.failed == 0 && row.not_run == 0 && !std::isnan(row.depth_worst);
+        return !row.control && row.failed == 0 && row.not_run == 0 && !std::isnan(row.residual_penetration_max);
     };
     Headline headline;
     for (const ResponseRow& row : rows) {
-        if (headline.first == nullptr && row.ours && !std::isnan(row.depth_worst)) headline.first = &row;
+        if (headline.first == nullptr && row.ours && !std::isnan(row.residual_penetration_max)) headline.first = &row;
     }
     headline.named = headline.first != nullptr;
     for (const ResponseRow& row : rows) {

@@ -13,15 +13,16 @@ ScatterChart depth_against_time(const std::vector<ResponseRow>& rows) {
     constexpr double ms = 1.0e-6;  // ns to ms
     double shortest = not_known;
     for (const ResponseRow& row : rows) {
-        if (!std::isnan(row.tick_p99) && !(row.tick_p99 >= shortest)) shortest = row.tick_p99;
+        if (!std::isnan(row.total_p99_ns) && !(row.total_p99_ns >= shortest)) shortest = row.total_p99_ns;
     }
     ScatterChart chart;
     std::map<std::string, std::size_t> series;
     for (const ResponseRow& row : rows) {
         const bool failed = row.failed > 0;
-        if (row.not_run > 0 || (!failed && (std::isnan(row.depth_worst) || std::isnan(row.tick_p99)))) continue;
+        if (row.not_run > 0 || (!failed && (std::isnan(row.residual_penetration_max) || std::isnan(row.total_p99_ns))))
+            continue;
         // A row without a time (it failed everywhere, or too early) stands at the beginning of the rail.
-        const double time = std::isnan(row.tick_p99) ? shortest : row.tick_p99;
+        const double time = std::isnan(row.total_p99_ns) ? shortest : row.total_p99_ns;
         if (std::isnan(time)) continue;
         const auto [place, is_new] = series.emplace(row.method(), chart.series.size());
         if (is_new) {
@@ -29,17 +30,17 @@ ScatterChart depth_against_time(const std::vector<ResponseRow>& rows) {
             chart.series.push_back(
                 {.name = row.method(), .style = {.colour = number, .shape = number % 5}, .points = {}});
         }
-        const Contestant& who = row.who.front();
+        const Method& who = row.who.front();
         const std::size_t colon = who.response.find(':');
         std::string label =
             colon == std::string::npos ? who.contacts : who.response.substr(colon + 1) + ", " + who.contacts;
         if (!who.stepper.empty()) label += ", " + who.stepper;
         chart.series[place->second].points.push_back(
             {.x = time * ms,
-             .y = row.depth_worst * mm,
+             .y = row.residual_penetration_max * mm,
              .name = failed ? fmt::format("{}: failed in {} of {} runs", label, row.failed, row.runs)
                             : fmt::format("{}: {} ms, {} mm", label, format_number(time * ms),
-                                          format_number(row.depth_worst * mm)),
+                                          format_number(row.residual_penetration_max * mm)),
              .label = label,
              .failed = failed});
     }

@@ -55,11 +55,10 @@ void warnings(Draft& draft) {
                         Paragraph::Style::warning);
     }
     if (draft.results.noise_floor() > 1.25) {
-        draft.paragraph(
-            fmt::format("Noisy machine: two processes of the same contestant differ by up to a factor {} in "
-                        "their medians (95 % of all pairs of processes). Smaller ratios mean nothing here.",
-                        format_number(draft.results.noise_floor())),
-            Paragraph::Style::warning);
+        draft.paragraph(fmt::format("Noisy machine: two processes of the same method differ by up to a factor {} in "
+                                    "their medians (95 % of all pairs of processes). Smaller ratios mean nothing here.",
+                                    format_number(draft.results.noise_floor())),
+                        Paragraph::Style::warning);
     }
     bool mixed = false;
     for (const char* key : {"binary", "cpu", "kernel"}) (void)common_fact(draft.records, key, &mixed);
@@ -69,7 +68,7 @@ void warnings(Draft& draft) {
     }
 }
 
-/// The first rows and columns of a table that is told in full behind page 1.
+/// The first rows and columns of a table that is reported in full behind page 1.
 Table first_of(Table table, const std::string& where) {
     const std::size_t rows = table.rows.size();
     if (table.columns.size() > page_one_columns) table.columns.resize(page_one_columns);

@@ -19,15 +19,15 @@ std::string count_failed(int failed, int runs, int not_run) {
     return text;
 }
 
-/// What is next to nothing is told as such, without an exponent.
+/// What is next to nothing is reported as such, without an exponent.
 std::string small_text(double value) {
     constexpr double next_to_nothing = 1.0e-4;
     return value > 0.0 && value < next_to_nothing ? std::string("< 0.0001") : scaled(value);
 }
 
-std::string in_code(const std::vector<Contestant>& list, std::string Contestant::*part) {
+std::string in_code(const std::vector<Method>& list, std::string Method::*part) {
     std::vector<std::string> names;
-    for (const Contestant& one : list) {
+    for (const Method& one : list) {
         std::string name = code(one.*part);
         if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(std::move(name));
     }
@@ -73,7 +73,7 @@ std::string others_text(const std::vector<ResponseRow>& rows, const std::vector<
     for (std::size_t i = 0; i < rows.size(); ++i) {
         if (std::find(shown.begin(), shown.end(), i) != shown.end()) continue;
         const ResponseRow& row = rows[i];
-        others.push_back(name_of_row(row, detector) + " " + scaled(row.depth_worst, mm) + " mm" +
+        others.push_back(name_of_row(row, detector) + " " + scaled(row.residual_penetration_max, mm) + " mm" +
                          (row.failed > 0 ? fmt::format(", {} failed", row.failed) : ""));
     }
     return others.empty() ? std::string() : fmt::format(" Not shown, at worst: {}.", fmt::join(others, "; "));
@@ -99,16 +99,16 @@ std::string ratio_header(const Draft& draft) {
 
 }  // namespace
 
-std::string response_name(const Contestant& who) {
+std::string response_name(const Method& who) {
     std::string text = code(who.response) + " (" + who.contacts + ")";
     if (!who.stepper.empty()) text += " by " + code(who.stepper);
     return text;
 }
 
 std::string name_of_row(const ResponseRow& row, const std::string& detector) {
-    std::vector<Contestant> first;  // those of the same response as the first, which differ by detector alone
+    std::vector<Method> first;  // those of the same response as the first, which differ by detector alone
     std::vector<std::string> others;
-    for (const Contestant& who : row.who) {
+    for (const Method& who : row.who) {
         if (response_name(who) == response_name(row.who.front())) {
             first.push_back(who);
         } else if (std::find(others.begin(), others.end(), response_name(who)) == others.end()) {
@@ -118,7 +118,7 @@ std::string name_of_row(const ResponseRow& row, const std::string& detector) {
     std::string text = response_name(row.who.front());
     if (row.setting != "default" && !row.setting.empty()) text += ", " + row.setting;
     if (first.size() > 1 || first.front().detector != detector) {
-        text += " with " + in_code(first, &Contestant::detector);
+        text += " with " + in_code(first, &Method::detector);
     }
     if (!others.empty()) text += " = " + joined(others);
     return text;
@@ -135,14 +135,14 @@ std::string response_sentence(const Draft& draft, const std::vector<ResponseRow>
         return alone ? code(row.who.front().response) : name_of_row(row, detector);
     };
     std::string text = fmt::format("Over {} {} left {} mm at worst", judged_text(draft, true), name(*first),
-                                   scaled(first->depth_worst, mm));
+                                   scaled(first->residual_penetration_max, mm));
     if (first->tears > 0.0)
         text += fmt::format(" (on {}; {:.0f} tear{} in all)", first->worst_on, first->tears,
                             first->tears == 1.0 ? "" : "s");
     if (other != nullptr) {
         text += fmt::format(", {}, {}, {} mm", named ? "the best other response" : "the next", name(*other),
-                            scaled(other->depth_worst, mm));
-        const double ratio = other->tick_p99 / first->tick_p99;
+                            scaled(other->residual_penetration_max, mm));
+        const double ratio = other->total_p99_ns / first->total_p99_ns;
         if (!std::isnan(ratio)) text += fmt::format(" at {} times the time", format_number(ratio));
     }
     int failed = 0;
@@ -171,18 +171,19 @@ std::string detector_sentence(const Verdict& verdict, const Draft& draft) {
         }
     }
     if (first == nullptr) return {};
-    const auto tell = [](const VerdictRow& row) {
-        std::string told = fmt::format("{} missed {:.0f} and added {:.0f} of {:.0f} pairs",
-                                       code(row.contestant.detector), row.missing, row.extra, row.true_pairs);
-        if (!std::isnan(row.contacts_between)) {
-            told += fmt::format(" and missed {:.0f} of {:.0f} contacts between frames", row.contacts_untold,
-                                row.contacts_between);
+    const auto report = [](const VerdictRow& row) {
+        std::string reported =
+            fmt::format("{} missed {:.0f} and added {:.0f} of {:.0f} pairs", code(row.method.detector),
+                        row.false_negatives, row.false_positives, row.true_pairs);
+        if (!std::isnan(row.contact_events)) {
+            reported += fmt::format(" and missed {:.0f} of {:.0f} contacts between frames", row.contact_events_missed,
+                                    row.contact_events);
         }
-        return told;
+        return reported;
     };
-    std::string text = fmt::format("Over {} {}", scenes_text(draft.results.scenes("replay").size()), tell(*first));
+    std::string text = fmt::format("Over {} {}", scenes_text(draft.results.scenes("replay").size()), report(*first));
     if (other != nullptr) {
-        text += fmt::format(", the next, {}, at {} times the time", tell(*other),
+        text += fmt::format(", the next, {}, at {} times the time", report(*other),
                             format_number(other->p50.value / first->p50.value));
     }
     return text + fmt::format("; {} of {} runs failed.", failed, runs);
@@ -198,17 +199,17 @@ Table detectors_table(const Draft& draft) {
     for (const VerdictRow& row : verdict.partial) rows.push_back(&row);
     std::erase_if(rows, [](const VerdictRow* row) { return row->control; });
     const bool between =
-        std::any_of(rows.begin(), rows.end(), [](const VerdictRow* row) { return !std::isnan(row->contacts_between); });
+        std::any_of(rows.begin(), rows.end(), [](const VerdictRow* row) { return !std::isnan(row->contact_events); });
     const bool ratio = !draft.reference.empty();
     table.caption = fmt::format("Detectors on the same frames, {}", scenes_text(verdict.scenes.size()));
-    table.columns = {{"detector", false, true}, {"missed of N", true}, {"extra", true}};
+    table.columns = {{"detector", false, true}, {"missed of N", true}, {"false_positives", true}};
     if (between) table.columns.push_back({"missed between frames, of N", true});
     table.columns.insert(table.columns.end(), {{"µs p50", true}, {"µs p99", true}});
     if (ratio) table.columns.push_back({ratio_header(draft), true});
     table.columns.push_back({"failed", true});
     std::vector<std::string> left_out;
     for (const VerdictRow* row : rows) {
-        const std::string name = code(row->contestant.detector);
+        const std::string name = code(row->method.detector);
         if (table.rows.size() == page_one_rows) {
             left_out.push_back(name);
             continue;
@@ -224,13 +225,14 @@ Table detectors_table(const Draft& draft) {
             std::isnan(row->true_pairs)
                 ? "n/a"
                 : fmt::format(
-                      "{:.0f} of {:.0f}{}", row->missing, row->true_pairs,
+                      "{:.0f} of {:.0f}{}", row->false_negatives, row->true_pairs,
                       row->truncated_ticks > 0.0 ? fmt::format(", cut in {:.0f} ticks", row->truncated_ticks) : ""),
-            count_text(row->extra)};
+            count_text(row->false_positives)};
         if (between) {
-            line.cells.push_back(std::isnan(row->contacts_between)
-                                     ? "n/a"
-                                     : fmt::format("{:.0f} of {:.0f}", row->contacts_untold, row->contacts_between));
+            line.cells.push_back(
+                std::isnan(row->contact_events)
+                    ? "n/a"
+                    : fmt::format("{:.0f} of {:.0f}", row->contact_events_missed, row->contact_events));
         }
         line.cells.push_back(time(row->p50));
         line.cells.push_back(time(row->p99));
@@ -268,12 +270,12 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
         TableRow line;
         line.cells = {name_of_row(row, detector),
                       scaled(row.depth_median, mm),
-                      scaled(row.depth_worst, mm),
+                      scaled(row.residual_penetration_max, mm),
                       count_text(row.tears),
-                      scaled(row.force_without_touch, mm),
+                      scaled(row.force_without_touch_m, mm),
                       scaled(row.force_error),
                       small_text(row.force_jump),
-                      scaled(row.tick_p99, ms),
+                      scaled(row.total_p99_ns, ms),
                       count_failed(row.failed, row.runs, row.not_run)};
         line.command = run_command(draft, row.who.front());
         if (row.failed > 0) {
@@ -288,7 +290,7 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
         std::string(response_order_text) +
         " A failed row is of the scenes that it finished. Force errors are against hard contact, median over scenes; "
         "p99 is of the slowest scene. Force without touch: the largest clearance in a tick with contact force; n/a "
-        "where a method's forces are not told apart by pair. " +
+        "where a method's forces are not distinguished by pair. " +
         (stride > 1 ? fmt::format("Depths were judged on every {}th tick only.", stride)
                     : std::string("Depths are of every tick.")) +
         others_text(rows, shown, detector) + replayed_only(draft);

@@ -15,9 +15,9 @@ namespace trocar {
 namespace {
 
 std::string name_of_run(const RunSpec& spec) {
-    const Contestant contestant{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper};
+    const Method method{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper};
     std::string text =
-        fmt::format("{} {}: {}", spec.mode, spec.scene.empty() ? "all scenes" : spec.scene, contestant.label());
+        fmt::format("{} {}: {}", spec.mode, spec.scene.empty() ? "all scenes" : spec.scene, method.label());
     if (!spec.point.empty()) text += fmt::format(" [{}{}{}]", spec.knob, spec.knob.empty() ? "" : " ", spec.point);
     return text;
 }
@@ -58,12 +58,12 @@ void compare_rows(const std::string& run, const Record& before, const Record& af
             continue;
         }
         if (different++ > 0) continue;
-        const auto told = [](const StepRow& r) {
+        const auto reported = [](const StepRow& r) {
             return fmt::format("{} / {} / {}", r.pairs, r.contacts_offered, r.native_contacts);
         };
         first.figure = fmt::format("pairs / contacts / native contacts, first at tick {}", row.tick);
-        first.before = told(old);
-        first.after = told(row);
+        first.before = reported(old);
+        first.after = reported(row);
     }
     if (different == 0) return;
     first.figure += fmt::format(" ({} ticks differ)", different);

@@ -29,9 +29,9 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     const Verdict overall = make_verdict(draft.results, draft.reference, draft.mode, draft.results.scenes(draft.mode));
     add_page_one(draft, worst_tick);
     const bool has_verdict = !overall.rows.empty();
-    add_all_contestants(draft, overall);
+    add_all_methods(draft, overall);
     if (!has_verdict) add_hard_cases(draft);
-    if (!has_verdict) add_certificate(draft);
+    if (!has_verdict) add_metamorphic(draft);
     if (!has_verdict) add_ablation(draft);
     if (!has_verdict) add_work_precision(draft);
     add_cost_by_size(draft);
@@ -51,7 +51,7 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     if (has_verdict) add_work_precision(draft);
     if (has_verdict) add_ablation(draft);
     if (has_verdict) add_hard_cases(draft);
-    if (has_verdict) add_certificate(draft);
+    if (has_verdict) add_metamorphic(draft);
     add_failures(draft);
     add_thesis_table(draft);
     add_table_2_1(draft);

@@ -16,7 +16,7 @@ namespace trocar {
 struct Report {
     std::map<std::string, std::string> files;  ///< path relative to the report's folder -> content
     std::string page_one;                      ///< sentence and tables of page 1 as plain text, for a terminal
-    Document document;                         ///< what the files tell, whole
+    Document document;                         ///< what the files report, whole
 };
 
 /// Pure. An empty list gives a report that says so. `worst_tick`: content of worst_tick.json (worst_tick.hpp), empty

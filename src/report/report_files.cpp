@@ -11,15 +11,15 @@ namespace {
 
 void remove_what_is_left(const std::filesystem::path& directory, const std::map<std::string, std::string>& files) {
     std::vector<std::filesystem::path> left;
-    const auto look = [&](const std::string& folder, const auto& is_ours) {
+    const auto search = [&](const std::string& folder, const auto& is_ours) {
         std::error_code none;
         for (const auto& entry : std::filesystem::directory_iterator(directory / folder, none)) {
             const std::filesystem::path name = std::filesystem::path(folder) / entry.path().filename();
             if (is_ours(name) && !files.contains(name.generic_string())) left.push_back(entry.path());
         }
     };
-    look("charts", [](const auto& name) { return name.extension() == ".svg" || name.extension() == ".js"; });
-    look("", [](const auto& name) {
+    search("charts", [](const auto& name) { return name.extension() == ".svg" || name.extension() == ".js"; });
+    search("", [](const auto& name) {
         return name.extension() == ".csv" && name.filename().string().starts_with("results_");
     });
     for (const std::filesystem::path& file : left) std::filesystem::remove(file);

@@ -1,5 +1,5 @@
 // Does the winner change when a scene is left out, when another figure decides, or when the other quantile of time
-// does? A verdict that hangs on one choice is told as such.
+// does? A verdict that hangs on one choice is reported as such.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -17,11 +17,11 @@ struct Rule {
     double (*error)(const VerdictRow& row);  ///< null: the order of the verdict's rows
 };
 
-double left_worst(const VerdictRow& row) { return as_printed(row.left_max); }
-double left_median(const VerdictRow& row) { return as_printed(row.left_p50); }
-double depth_error(const VerdictRow& row) { return as_printed(row.depth_error_max); }
-double force_equal_k(const VerdictRow& row) { return as_printed(row.force_error_equal_k); }
-double force_hard(const VerdictRow& row) { return as_printed(row.force_error_hard); }
+double residual_worst(const VerdictRow& row) { return as_printed(row.residual_penetration_max_m); }
+double residual_median(const VerdictRow& row) { return as_printed(row.residual_penetration_median_m); }
+double depth_error(const VerdictRow& row) { return as_printed(row.depth_error_max_m); }
+double force_equal_k(const VerdictRow& row) { return as_printed(row.force_error_rms_equal_k); }
+double force_hard(const VerdictRow& row) { return as_printed(row.force_error_rms_hard); }
 double pairs_wrong(const VerdictRow& row) { return row.wrong(); }
 double time_p50(const VerdictRow& row) { return row.p50.value; }
 double time_p99(const VerdictRow& row) { return row.p99.value; }
@@ -32,7 +32,7 @@ enum class Among { all, ours, others };
 const VerdictRow* winner(const Verdict& verdict, const Rule& rule, Among among, const std::string& without = {}) {
     const VerdictRow* best = nullptr;
     for (const VerdictRow& row : verdict.rows) {
-        const Contestant& who = row.contestant;
+        const Method& who = row.method;
         if (!without.empty() && (method_name(who.detector) == without || method_name(who.response) == without))
             continue;
         if (among != Among::all && row.ours != (among == Among::ours)) continue;
@@ -45,7 +45,7 @@ const VerdictRow* winner(const Verdict& verdict, const Rule& rule, Among among, 
     return best;
 }
 
-std::string label(const VerdictRow* row) { return row == nullptr ? "none" : code(row->contestant.label()); }
+std::string label(const VerdictRow* row) { return row == nullptr ? "none" : code(row->method.label()); }
 
 }  // namespace
 
@@ -74,17 +74,17 @@ void add_rank_robustness(Draft& draft) {
                          const std::string& without = {}) {
         const VerdictRow* const best = winner(verdict, rule, Among::all, without);
         if (best == nullptr) return;
-        const Contestant& main = first->contestant;
+        const Method& main = first->method;
         const bool is_gone =
             !without.empty() && (method_name(main.detector) == without || method_name(main.response) == without);
-        if (!is_gone) winners.insert(best->contestant.label());
+        if (!is_gone) winners.insert(best->method.label());
         TableRow row{.cells = {what, label(best)}};
         if (!ours.empty()) {
             for (const Among among : {Among::ours, Among::others}) {
                 row.cells.push_back(label(winner(verdict, rule, among, without)));
             }
         }
-        row.cells.push_back(is_gone ? "left out itself" : yes_no(best->contestant == main));
+        row.cells.push_back(is_gone ? "left out itself" : yes_no(best->method == main));
         table.rows.push_back(std::move(row));
     };
     add(fmt::format("nothing: {}, all scenes", main_rule.name), all, main_rule);
@@ -101,13 +101,13 @@ void add_rank_robustness(Draft& draft) {
     }
     std::set<std::string> methods;
     for (const VerdictRow& row : all.rows) {
-        for (const std::string& text : {row.contestant.detector, row.contestant.response}) {
+        for (const std::string& text : {row.method.detector, row.method.response}) {
             if (!text.empty()) methods.insert(method_name(text));
         }
     }
     for (const std::string& method : methods) add(code(method) + " left out", all, main_rule, method);
     for (const Rule& rule :
-         {Rule{"depth left at worst", left_worst}, Rule{"depth left, median", left_median},
+         {Rule{"residual penetration at worst", residual_worst}, Rule{"residual penetration, median", residual_median},
           Rule{"depth error of contacts, worst", depth_error}, Rule{"force error, equal k", force_equal_k},
           Rule{"force error, hard contact", force_hard}, Rule{"pairs missed + extra", pairs_wrong},
           Rule{"time alone, median tick", time_p50}, Rule{"time alone, p99", time_p99}}) {
@@ -115,10 +115,10 @@ void add_rank_robustness(Draft& draft) {
     }
     table.note =
         "The winner has the least of the figure, the fastest of equals; the order of the tables is that of \"All "
-        "contestants\". Rows that failed on a scene cannot win. Each row has its error from its own runs alone, so "
-        "that leaving a rival out "
+        "methods\". Rows that failed on a scene cannot win. Each row has its error from its own runs alone, so "
+        "that leaving a baseline out "
         "changes the winner only where it was itself the winner; in the performance profile it can change the order "
-        "among those that are not best, which is told there.";
+        "among those that are not best, which is reported there.";
     draft.paragraph(
         winners.size() == 1
             ? fmt::format("No: {} stays first whatever is left out or judged by.", label(first))

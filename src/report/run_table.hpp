@@ -13,7 +13,7 @@
 namespace trocar {
 
 struct RunColumn {
-    std::string name;     ///< letters, digits, '_' and '.': "residual_max_m", "detector.bv"
+    std::string name;     ///< letters, digits, '_' and '.': "residual_penetration_max_m", "detector.bv"
     std::string unit;     ///< as summary_figures(): SI, "ns", "1"; "text" where the values are words
     std::string better;   ///< "lower", "higher" or "neither"
     std::string meaning;  ///< one sentence, with what an empty field means

@@ -56,7 +56,7 @@ std::string common_fact(const std::vector<Record>& records, const std::string& k
 Draft::Draft(const std::vector<Record>& all) : records(all), results(all) {
     reference = common_fact(all, "study.reference");
     study = all.front().spec.study;
-    mode = !results.contestants("closed_loop").empty() ? "closed_loop" : "replay";
+    mode = !results.methods("closed_loop").empty() ? "closed_loop" : "replay";
     document.title = "trocar study " + code(study);
 }
 
@@ -127,7 +127,7 @@ std::string Draft::interval_note(const std::string& of_mode) const {
             "intervals.",
             processes, processes_for_interval);
     }
-    return "One process per contestant here: no interval can be given.";
+    return "One process per method here: no interval can be given.";
 }
 
 }  // namespace trocar

@@ -22,7 +22,7 @@ std::string code(const std::string& text);
 std::string method_name(const std::string& text);
 std::string outcome_text(const Outcome& outcome);
 std::string joined(const std::vector<std::string>& items);
-/// "1.000" but "0.99987": a share that is not one never looks like one.
+/// "1.000" but "0.99987": a share that is not one never resembles one.
 std::string share_text(double part, double whole);
 std::string count_text(double value);
 /// "n/a" where it is not known.
@@ -56,7 +56,7 @@ struct Draft {
 
     /// Scenes of the verdict's mode by class, classes in alphabetical order.
     [[nodiscard]] std::map<std::string, std::vector<std::string>> scenes_by_class() const;
-    /// Most processes of one contestant, in runs of this mode or (empty) of any.
+    /// Most processes of one method, in runs of this mode or (empty) of any.
     [[nodiscard]] int most_processes(const std::string& of_mode = {}) const;
     /// The scenes that the quotable sentence speaks of: I2T where there is one, else the class with most scenes.
     [[nodiscard]] std::pair<std::string, std::vector<std::string>> headline_scenes() const;
@@ -70,15 +70,15 @@ void add_page_one(Draft& draft, const std::string& worst_tick);
 std::string terminal_text(const Draft& draft);
 
 // verdict_section.cpp
-/// Every contestant with all columns, over all scenes and per class.
-void add_all_contestants(Draft& draft, const Verdict& overall);
+/// Every method with all columns, over all scenes and per class.
+void add_all_methods(Draft& draft, const Verdict& overall);
 void add_verdict_by_class(Draft& draft);
 
 // commands.cpp
-/// Gives every row that tells of one contestant, or of one on one scene, the command that runs it again.
+/// Gives every row that reports one method, or of one on one scene, the command that runs it again.
 void add_commands(Draft& draft);
-/// Of a contestant of the closed loop on all its scenes, for a shell; empty when there is no single one.
-std::string run_command(const Draft& draft, const Contestant& contestant);
+/// Of a method of the closed loop on all its scenes, for a shell; empty when there is no single one.
+std::string run_command(const Draft& draft, const Method& method);
 
 // worst_tick.cpp
 /// One scene at its worst tick, from worst_tick.json; says how to make it when that is empty.
@@ -93,7 +93,7 @@ void add_frames(Draft& draft);
 void add_detection(Draft& draft);
 void add_contacts_and_forces(Draft& draft);
 
-// loss_section.cpp
+// detection_effect_section.cpp
 /// Rows with a detector that is not exact against the same with one that is.
 void add_lost_by_the_detector(Draft& draft);
 
@@ -121,8 +121,8 @@ std::string hard_case_sentence(const Draft& draft);
 /// Right and wrong answers by method, those that answer alike in one row; without rows when there are none.
 Table hard_case_tally(const Draft& draft, bool responses);
 
-// certificate_section.cpp
-void add_certificate(Draft& draft);
+// metamorphic_section.cpp
+void add_metamorphic(Draft& draft);
 
 // paced_section.cpp
 /// The loop released by the clock: part of the haptic table.

@@ -76,7 +76,7 @@ struct Wanted {
     double factor = 1.0;
 };
 
-/// The name without the unit at its end: "residual_max" of "residual_max_m".
+/// The name without the unit at its end: "residual_max" of "residual_penetration_max_m".
 std::string stem_of(const RunColumn& column) {
     std::string name = column.name;
     std::string ending = "_";
@@ -133,7 +133,7 @@ public:
             chosen.columns.push_back({name, one.unit, column.number, header_for(column, one.unit)});
         }
         sort_rows(choice.sort, wanted);
-        tell_twins(wanted, chosen.notes);
+        report_twins(wanted, chosen.notes);
         for (const std::size_t row : rows_) {
             std::vector<ChosenCell> cells;
             for (const Wanted& one : wanted) {
@@ -175,7 +175,7 @@ private:
         const std::optional<Unit> to = unit_of(unit);
         if (!column.number || !from || !to || from->base != to->base) {
             throw InputError("--columns", "",
-                             fmt::format("a unit that {} can be told in ({})", column.name, column.unit),
+                             fmt::format("a unit that {} can be reported in ({})", column.name, column.unit),
                              fmt::format("'{}'", unit));
         }
         wanted.unit = unit;
@@ -241,8 +241,8 @@ private:
         });
     }
 
-    /// Rows whose words are the same tell different runs: names the columns that would tell them apart.
-    void tell_twins(const std::vector<Wanted>& shown, std::vector<std::string>& notes) const {
+    /// Rows whose words are the same report different runs: names the columns that would report them apart.
+    void report_twins(const std::vector<Wanted>& shown, std::vector<std::string>& notes) const {
         std::map<std::string, std::size_t> first_of;
         std::vector<std::string> differing;
         for (const std::size_t row : rows_) {
@@ -254,9 +254,9 @@ private:
             if (is_first) continue;
             for (std::size_t column = 0; column < table_.columns().size(); ++column) {
                 const std::string& name = table_.columns()[column].name;
-                const bool tells =
+                const bool reports =
                     is_about_methods(name) && table_.text(row, column) != table_.text(twin->second, column);
-                if (tells && std::find(differing.begin(), differing.end(), name) == differing.end()) {
+                if (reports && std::find(differing.begin(), differing.end(), name) == differing.end()) {
                     differing.push_back(name);
                 }
             }
@@ -356,10 +356,14 @@ private:
         const bool fail =
             std::any_of(rows_.begin(), rows_.end(), [&](std::size_t row) { return !table_.record(row).outcome.ok(); });
         if (fail) columns.emplace_back("outcome");
-        static const std::vector<std::pair<const char*, const char*>> figures{
-            {"residual_median_m", "mm"},         {"residual_max_m", "mm"}, {"force_error_rms_hard", ""},
-            {"position_error_worst_hard", "mm"}, {"missing", ""},          {"extra", ""},
-            {"total_median_ns", "µs"},           {"total_p99_ns", "µs"}};
+        static const std::vector<std::pair<const char*, const char*>> figures{{"residual_penetration_median_m", "mm"},
+                                                                              {"residual_penetration_max_m", "mm"},
+                                                                              {"force_error_rms_hard", ""},
+                                                                              {"position_error_worst_hard", "mm"},
+                                                                              {"false_negatives", ""},
+                                                                              {"false_positives", ""},
+                                                                              {"total_median_ns", "µs"},
+                                                                              {"total_p99_ns", "µs"}};
         constexpr std::size_t most = 8;
         for (const auto& [name, unit] : figures) {
             if (columns.size() < most && known(name)) {

@@ -9,8 +9,8 @@
 namespace trocar {
 
 struct TableChoice {
-    /// Names of RunTable, each with an optional unit that its numbers are brought to: "residual_max_m:mm". Empty: who,
-    /// where, how it ended, and up to five figures of depth, force, position and time that the rows have.
+    /// Names of RunTable, each with an optional unit that its numbers are brought to: "residual_penetration_max_m:mm".
+    /// Empty: who, where, how it ended, and up to five figures of depth, force, position and time that the rows have.
     std::vector<std::string> columns;
     /// "NAME=VALUE" or "NAME!=VALUE". Of one name any value will do that is not excluded, of several names all must
     /// hold. A method's value may be its name, or name and parameters as `run` takes them; an empty one is what is not

@@ -41,10 +41,10 @@ constexpr std::array<PreviousSystem, 17> previous_systems{
      {"C. O'Sullivan et al [42]", "Y", "Y", "N", "Human perception of collision"},
      {"B. Lee et al", "Y", "Y", "N", "Fields of displacement"}}};
 
-/// What the closed-loop runs of one response with one contact source say, over all scenes and detectors.
+/// What the closed-loop runs of one response with one contact generator say, over all scenes and detectors.
 struct Measured {
     std::vector<double> respond_p50;  ///< ns, per run
-    double tick_p99 = not_known;      ///< ns, worst run
+    double total_p99_ns = not_known;  ///< ns, worst run
     double misses = 0.0;
     double ticks = 0.0;
     double left_rigid = not_known;   ///< m, worst run on a scene without tissue
@@ -73,7 +73,7 @@ std::vector<std::string> table_2_1_rows() {
 }
 
 void add_table_2_1(Draft& draft) {
-    // Row of the thesis' table -> response and contact source -> figures.
+    // Row of the thesis' table -> response and contact generator -> figures.
     std::map<std::string, std::map<std::string, Measured>> measured;
     std::map<std::string, std::set<std::string>> without_tissue;  // what responses do there -> their names
     for (const RunFigures& run : draft.results.runs()) {
@@ -93,11 +93,11 @@ void add_table_2_1(Draft& draft) {
         ++m.ok;
         const double respond = run.stage_p50.at(static_cast<std::size_t>(Stage::respond));
         if (!std::isnan(respond)) m.respond_p50.push_back(respond);
-        raise(m.tick_p99, run.tick_p99);
+        raise(m.total_p99_ns, run.total_p99_ns);
         m.misses += run.deadline_misses;
         m.ticks += run.timed_ticks;
         const bool tissue = meets_tissue(spec.pair_class);
-        raise(tissue ? m.left_tissue : m.left_rigid, run.left_max);
+        raise(tissue ? m.left_tissue : m.left_rigid, run.residual_penetration_max_m);
     }
     if (measured.empty()) return;
     draft.heading(2, "Table 2.1 of the thesis, measured");
@@ -128,7 +128,7 @@ void add_table_2_1(Draft& draft) {
             table.rows.push_back(
                 {.cells = {authors, basis, printed, response, fmt::format("{} of {}", m.ok, m.runs),
                            scenes_text(m.scenes), scaled(median, us),
-                           std::isnan(m.tick_p99) ? "n too small" : format_number(m.tick_p99 * us),
+                           std::isnan(m.total_p99_ns) ? "n too small" : format_number(m.total_p99_ns * us),
                            m.ticks > 0.0 ? fmt::format("{} of {}", count_text(m.misses), count_text(m.ticks)) : "n/a",
                            scaled(m.left_rigid, mm), scaled(m.left_tissue, mm)}});
         }
@@ -182,7 +182,7 @@ void add_thesis_table(Draft& draft) {
     static const std::map<std::string, Figure2005> published{{"I2I", {0.034, 0.124, 0.039, 0.236}},
                                                              {"I2R", {0.030, 2.845, 0.031, 1.938}},
                                                              {"I2T", {0.032, 1.416, 0.034, 1.495}}};  // ms
-    // A scene where several classes meet is told as one.
+    // A scene where several classes meet is reported as one.
     std::set<std::string> classes;
     for (const auto& entry : published) classes.insert(entry.first);
     for (const Record* record : runs) classes.insert(record->spec.pair_class);

@@ -19,7 +19,7 @@ namespace {
 Table latency_table(const Draft& draft, const std::string& mode) {
     Table table;
     table.columns = {{"scene", false},
-                     {mode == "replay" ? "detector" : "detector + response (contact source)", false},
+                     {mode == "replay" ? "detector" : "detector + response (contact generator)", false},
                      {"n per process (ticks)", true},
                      {"p50 (µs)", true},
                      {"p90 (µs)", true},
@@ -34,11 +34,11 @@ Table latency_table(const Draft& draft, const std::string& mode) {
     if (integrates) table.columns.insert(table.columns.begin() + 3, {"sub-steps per tick", true});
     table.folded = true;
     for (const std::string& scene : draft.results.scenes(mode)) {
-        for (const Contestant& contestant : draft.results.contestants(mode)) {
-            const SceneResult* result = draft.results.find(contestant, scene);
+        for (const Method& method : draft.results.methods(mode)) {
+            const SceneResult* result = draft.results.find(method, scene);
             if (result == nullptr || !result->ok()) continue;
             const auto time = [result](double RunFigures::*figure) { return estimate_text(result->of(figure), us); };
-            const Estimate p99 = result->of(&RunFigures::tick_p99);
+            const Estimate p99 = result->of(&RunFigures::total_p99_ns);
             double misses = 0.0;
             double ticks = 0.0;
             double burst = 0.0;
@@ -47,15 +47,15 @@ Table latency_table(const Draft& draft, const std::string& mode) {
                 ticks += run.timed_ticks;
                 burst = std::max(burst, run.longest_burst);
             }
-            const double work = result->first(&RunFigures::work_max) / result->first(&RunFigures::work_p50);
-            const double largest = result->of(&RunFigures::tick_max).high;
+            const double work = result->first(&RunFigures::work_max) / result->first(&RunFigures::work_median);
+            const double largest = result->of(&RunFigures::total_max_ns).high;
             table.rows.push_back(
-                {.cells = {scene, code(contestant.label()), count_text(result->first(&RunFigures::timed_ticks)),
-                           time(&RunFigures::tick_p50), time(&RunFigures::tick_p90),
+                {.cells = {scene, code(method.label()), count_text(result->first(&RunFigures::timed_ticks)),
+                           time(&RunFigures::total_median_ns), time(&RunFigures::total_p90_ns),
                            std::isnan(p99.value) ? "n too small" : estimate_text(p99, us), format_number(largest * us),
-                           time(&RunFigures::tick_cold), fmt::format("{:.0f} of {:.0f}", misses, ticks),
+                           time(&RunFigures::total_cold_ns), fmt::format("{:.0f} of {:.0f}", misses, ticks),
                            count_text(burst), std::isfinite(work) ? format_number(work) : "n/a",
-                           format_number(result->first(&RunFigures::allocations))}});
+                           format_number(result->first(&RunFigures::allocations_median))}});
             if (!integrates) continue;
             std::vector<std::string>& cells = table.rows.back().cells;
             cells.insert(cells.begin() + 3, count_text(result->first(&RunFigures::substeps)));
@@ -67,7 +67,7 @@ Table latency_table(const Draft& draft, const std::string& mode) {
 }  // namespace
 
 void add_latency(Draft& draft) {
-    if (draft.results.contestants("replay").empty() && draft.results.contestants("closed_loop").empty()) return;
+    if (draft.results.methods("replay").empty() && draft.results.methods("closed_loop").empty()) return;
     const bool paced = std::any_of(draft.records.begin(), draft.records.end(),
                                    [](const Record& record) { return record.spec.mode == "paced"; });
     draft.heading(2, "Haptic table");
@@ -91,7 +91,7 @@ void add_latency(Draft& draft) {
 void add_stages(Draft& draft) {
     Table table;
     table.caption = "Median time per stage, mean over the scenes (µs)";
-    table.columns = {{"detector + response (contact source)", false}, {"scenes", true}};
+    table.columns = {{"detector + response (contact generator)", false}, {"scenes", true}};
     BarChart chart;
     chart.x_title = "median time per stage, mean over the scenes (µs)";
     for (const char* name : stage_names) {
@@ -100,12 +100,12 @@ void add_stages(Draft& draft) {
     }
     table.columns.push_back({"sum (µs)", true});
     for (const std::string mode : {"closed_loop", "replay"}) {
-        for (const Contestant& contestant : draft.results.contestants(mode)) {
+        for (const Method& method : draft.results.methods(mode)) {
             std::array<std::vector<double>, stage_count> values;
             int scenes = 0;
             bool failed = false;
             for (const std::string& scene : draft.results.scenes(mode)) {
-                const SceneResult* result = draft.results.find(contestant, scene);
+                const SceneResult* result = draft.results.find(method, scene);
                 if (result == nullptr || result->not_applicable()) continue;
                 failed = failed || !result->ok();
                 ++scenes;
@@ -116,8 +116,8 @@ void add_stages(Draft& draft) {
                     if (!std::isnan(value)) values.at(s).push_back(value * us);
                 }
             }
-            BarChart::Bar bar{.name = contestant.label(), .parts = {}};
-            std::vector<std::string> cells{code(contestant.label()) + (mode == "replay" ? " (replay)" : ""),
+            BarChart::Bar bar{.name = method.label(), .parts = {}};
+            std::vector<std::string> cells{code(method.label()) + (mode == "replay" ? " (replay)" : ""),
                                            std::to_string(scenes)};
             double sum = 0.0;
             for (const auto& stage : values) {
@@ -142,7 +142,7 @@ void add_stages(Draft& draft) {
         "some scenes (advance needs tissue) is averaged over those. Rows of unlike numbers of scenes do not compare.";
     if (!chart.bars.empty()) {
         draft.figure("stages", draw(chart),
-                     "Where the time of a tick goes; numbers in the table below, which tells whose bars are of fewer "
+                     "Where the time of a tick goes; numbers in the table below, which reports whose bars are of fewer "
                      "scenes.");
     }
     draft.add(std::move(table));
@@ -152,16 +152,16 @@ namespace {
 
 /// Detectors that were planned on all scenes, those with the larger share of scenes within twice the fastest of them
 /// first, then by name; a failed run counts as infinitely slow.
-std::vector<std::string> profile_order(const Draft& draft, const std::vector<Contestant>& detectors,
+std::vector<std::string> profile_order(const Draft& draft, const std::vector<Method>& detectors,
                                        const std::set<std::string>& scenes) {
     std::map<std::string, double> within;
     for (const std::string& scene : scenes) {
         std::map<std::string, double> times;
-        for (const Contestant& detector : detectors) {
+        for (const Method& detector : detectors) {
             const SceneResult* result = draft.results.find(detector, scene);
             if (result == nullptr) continue;
             times[detector.detector] =
-                result->ok() ? result->of(&RunFigures::tick_p50).value : std::numeric_limits<double>::infinity();
+                result->ok() ? result->of(&RunFigures::total_median_ns).value : std::numeric_limits<double>::infinity();
         }
         double fastest = std::numeric_limits<double>::infinity();
         for (const auto& [name, time] : times) fastest = std::min(fastest, time);
@@ -176,7 +176,7 @@ std::vector<std::string> profile_order(const Draft& draft, const std::vector<Con
 }
 
 /// Does the order among the others change when one is left out?
-Table profile_robustness(const Draft& draft, const std::vector<Contestant>& detectors,
+Table profile_robustness(const Draft& draft, const std::vector<Method>& detectors,
                          const std::set<std::string>& scenes) {
     Table table;
     table.caption = "Order by the share of scenes within twice the fastest, one detector left out at a time";
@@ -191,9 +191,9 @@ Table profile_robustness(const Draft& draft, const std::vector<Contestant>& dete
     };
     row("none", all, "");
     for (const std::string& out : all) {
-        std::vector<Contestant> rest;
+        std::vector<Method> rest;
         std::copy_if(detectors.begin(), detectors.end(), std::back_inserter(rest),
-                     [&out](const Contestant& one) { return one.detector != out; });
+                     [&out](const Method& one) { return one.detector != out; });
         std::vector<std::string> expected = all;
         expected.erase(std::find(expected.begin(), expected.end(), out));
         const std::vector<std::string> order = profile_order(draft, rest, scenes);
@@ -205,7 +205,7 @@ Table profile_robustness(const Draft& draft, const std::vector<Contestant>& dete
 }  // namespace
 
 void add_work_profile(Draft& draft) {
-    const std::vector<Contestant> detectors = draft.results.contestants("replay");
+    const std::vector<Method> detectors = draft.results.methods("replay");
     const std::vector<std::string> scenes = draft.results.scenes("replay");
     if (detectors.size() < 2) return;
     LineChart chart{.x_title = "factor over the fastest detector of the scene",
@@ -217,10 +217,10 @@ void add_work_profile(Draft& draft) {
     std::set<std::string> judged;
     for (const std::string& scene : scenes) {
         double fastest = std::numeric_limits<double>::infinity();
-        for (const Contestant& detector : detectors) {
+        for (const Method& detector : detectors) {
             const SceneResult* result = draft.results.find(detector, scene);
             if (result == nullptr || !result->ok()) continue;
-            fastest = std::min(fastest, result->of(&RunFigures::tick_p50).value);
+            fastest = std::min(fastest, result->of(&RunFigures::total_median_ns).value);
         }
         if (!std::isfinite(fastest)) continue;
         best[scene] = fastest;
@@ -229,12 +229,12 @@ void add_work_profile(Draft& draft) {
     if (judged.empty()) return;
     double widest = 1.0;
     std::vector<std::vector<double>> factors;
-    for (const Contestant& detector : detectors) {
+    for (const Method& detector : detectors) {
         std::vector<double> list;
         for (const std::string& scene : judged) {
             const SceneResult* result = draft.results.find(detector, scene);
             if (result == nullptr || !result->ok()) continue;
-            list.push_back(result->of(&RunFigures::tick_p50).value / best.at(scene));
+            list.push_back(result->of(&RunFigures::total_median_ns).value / best.at(scene));
             widest = std::max(widest, list.back());
         }
         std::sort(list.begin(), list.end());
@@ -264,8 +264,8 @@ void add_work_profile(Draft& draft) {
         "Dolan–Moré profile of the detectors: share of the replayed scenes on which a detector's median tick is "
         "within a factor of the fastest; a failed run counts as infinitely slow. The order among detectors that "
         "are not the best can change when the best is removed.");
-    std::vector<Contestant> everywhere;
-    std::copy_if(detectors.begin(), detectors.end(), std::back_inserter(everywhere), [&](const Contestant& detector) {
+    std::vector<Method> everywhere;
+    std::copy_if(detectors.begin(), detectors.end(), std::back_inserter(everywhere), [&](const Method& detector) {
         return std::all_of(judged.begin(), judged.end(),
                            [&](const std::string& scene) { return draft.results.find(detector, scene) != nullptr; });
     });

@@ -1,4 +1,4 @@
-// What the rows of a verdict hold, from the results of the runs; verdict_page.cpp tells them.
+// What the rows of a verdict hold, from the results of the runs; verdict_page.cpp reports them.
 #include "report/verdict.hpp"
 
 #include <algorithm>
@@ -19,23 +19,23 @@ void take_force_error(double& worst, double& within, double error, double bound)
     take_larger(is_within ? within : worst, is_within ? bound : error);
 }
 
-VerdictRow make_row(const Results& results, const Contestant& contestant, const std::string& reference,
+VerdictRow make_row(const Results& results, const Method& method, const std::string& reference,
                     const std::vector<std::string>& scenes) {
     VerdictRow row;
-    row.contestant = contestant;
-    row.ours = !contestant.response.empty() && contestant.response == results.fact(contestant, "study.ours");
-    row.control = results.fact(contestant, "detector.control") == "yes" ||
-                  (!contestant.response.empty() && results.fact(contestant, "response.control") == "yes");
-    row.reference = !reference.empty() && contestant.detector == reference;
-    Contestant yardstick = contestant;
+    row.method = method;
+    row.ours = !method.response.empty() && method.response == results.fact(method, "study.ours");
+    row.control = results.fact(method, "detector.control") == "yes" ||
+                  (!method.response.empty() && results.fact(method, "response.control") == "yes");
+    row.reference = !reference.empty() && method.detector == reference;
+    Method yardstick = method;
     yardstick.detector = reference;
     // Of another source's rows, which the reference may have none of, canonical contacts are the yardstick.
     const auto has_rows = [&] {
         return std::any_of(scenes.begin(), scenes.end(),
                            [&](const std::string& scene) { return results.find(yardstick, scene) != nullptr; });
     };
-    if (contestant.mode == "closed_loop" && (contestant.contacts == "native" || !has_rows()))
-        yardstick.contacts = "canonical";
+    if (method.mode == "closed_loop" && (method.contacts == "native" || !has_rows()))
+        yardstick.contacts = "intersection";
 
     std::vector<ProcessSample> p50;
     std::vector<ProcessSample> p99;
@@ -45,7 +45,7 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
     std::vector<double> errors;
     const std::vector<std::string> judged = judged_scenes(results, scenes, true);
     for (const std::string& scene : scenes) {
-        const SceneResult* result = results.find(contestant, scene);
+        const SceneResult* result = results.find(method, scene);
         if (result == nullptr) continue;
         if (result->not_applicable()) {
             row.not_applicable = true;
@@ -60,45 +60,47 @@ VerdictRow make_row(const Results& results, const Contestant& contestant, const 
             row.timed_ticks += run.timed_ticks;
         }
         add_known(row.true_pairs, result->first(&RunFigures::true_pairs));
-        add_known(row.missing, result->first(&RunFigures::missing));
-        add_known(row.extra, result->first(&RunFigures::extra));
-        add_known(row.contacts_between, result->first(&RunFigures::contacts_between));
-        add_known(row.contacts_untold, result->first(&RunFigures::contacts_untold));
+        add_known(row.false_negatives, result->first(&RunFigures::false_negatives));
+        add_known(row.false_positives, result->first(&RunFigures::false_positives));
+        add_known(row.contact_events, result->first(&RunFigures::contact_events));
+        add_known(row.contact_events_missed, result->first(&RunFigures::contact_events_missed));
         add_known(row.truncated_ticks, result->first(&RunFigures::truncated_ticks));
         if (!result->ok()) continue;
         ++row.scenes_ok;
-        take_larger(row.depth_error_max, result->first(&RunFigures::depth_error_max));
-        take_larger(row.undecided_max, result->first(&RunFigures::undecided_max));
+        take_larger(row.depth_error_max_m, result->first(&RunFigures::depth_error_max_m));
+        take_larger(row.side_undecided_max, result->first(&RunFigures::side_undecided_max));
         const bool counts = std::find(judged.begin(), judged.end(), scene) != judged.end();
-        if (counts) take_larger(row.slowest_p99, result->of(&RunFigures::tick_p99).value);
-        if (const double left_max = result->first(&RunFigures::left_max); counts && !std::isnan(left_max)) {
-            take_larger(row.left_max, left_max);
-            left.push_back(result->first(&RunFigures::left_p50));
+        if (counts) take_larger(row.slowest_p99, result->of(&RunFigures::total_p99_ns).value);
+        if (const double residual_penetration_max_m = result->first(&RunFigures::residual_penetration_max_m);
+            counts && !std::isnan(residual_penetration_max_m)) {
+            take_larger(row.residual_penetration_max_m, residual_penetration_max_m);
+            left.push_back(result->first(&RunFigures::residual_penetration_median_m));
         }
-        if (!std::isnan(result->first(&RunFigures::left_max))) {
+        if (!std::isnan(result->first(&RunFigures::residual_penetration_max_m))) {
             errors.push_back(error_on(*result, results.class_of(scene)));
         }
         add_known(row.tears, result->first(&RunFigures::ruptures));
         const RunFigures& first = result->runs.front();
-        take_force_error(row.force_error_equal_k, row.force_within_equal_k, first.force_error_equal_k,
+        take_force_error(row.force_error_rms_equal_k, row.force_within_equal_k, first.force_error_rms_equal_k,
                          first.force_bound_equal_k);
-        take_force_error(row.force_error_hard, row.force_within_hard, first.force_error_hard, first.force_bound_hard);
-        if (const double value = result->first(&RunFigures::depth_error_p50); !std::isnan(value)) {
+        take_force_error(row.force_error_rms_hard, row.force_within_hard, first.force_error_rms_hard,
+                         first.force_bound_hard);
+        if (const double value = result->first(&RunFigures::depth_error_median_m); !std::isnan(value)) {
             depth_errors.push_back(value);
         }
-        p50.push_back(sample_of(*result, &RunFigures::tick_p50));
-        p99.push_back(sample_of(*result, &RunFigures::tick_p99));
+        p50.push_back(sample_of(*result, &RunFigures::total_median_ns));
+        p99.push_back(sample_of(*result, &RunFigures::total_p99_ns));
         const SceneResult* other = reference.empty() ? nullptr : results.find(yardstick, scene);
         if (other != nullptr && other->ok()) {
-            ratio.push_back(ratio_of(p50.back(), sample_of(*other, &RunFigures::tick_p50)));
+            ratio.push_back(ratio_of(p50.back(), sample_of(*other, &RunFigures::total_median_ns)));
         } else {
             ratio.push_back({.by_process = std::vector(p50.back().by_process.size(), not_known), .resamples = {}});
         }
     }
-    row.depth_error_p50 = quantile(depth_errors, 0.5);
-    row.left_p50 = quantile(left, 0.5);
+    row.depth_error_median_m = quantile(depth_errors, 0.5);
+    row.residual_penetration_median_m = quantile(left, 0.5);
     if (!errors.empty()) row.error = geometric_mean(errors);
-    // A contestant that failed somewhere has no mean over the scenes: leaving the scene out would flatter it.
+    // A method that failed somewhere has no mean over the scenes: leaving the scene out would flatter it.
     if (row.scenes_ok == row.scenes) {
         row.p50 = over_scenes(p50);
         row.p99 = over_scenes(p99);
@@ -113,7 +115,9 @@ bool on_all_scenes(const VerdictRow& row, const Verdict& verdict) {
 
 }  // namespace
 
-double VerdictRow::wrong() const { return missing + extra + (std::isnan(contacts_untold) ? 0.0 : contacts_untold); }
+double VerdictRow::wrong() const {
+    return false_negatives + false_positives + (std::isnan(contact_events_missed) ? 0.0 : contact_events_missed);
+}
 
 bool Verdict::error_is_depth() const { return have_depths(rows); }
 
@@ -122,16 +126,16 @@ Verdict make_verdict(const Results& results, const std::string& reference, const
     Verdict verdict;
     verdict.mode = mode;
     for (const std::string& scene : scenes) {
-        // A scene that nobody could run (no data) is told elsewhere and takes no part.
-        const std::vector<Contestant> all = results.contestants(mode);
-        const bool possible = std::any_of(all.begin(), all.end(), [&](const Contestant& contestant) {
-            const SceneResult* result = results.find(contestant, scene);
+        // A scene that nobody could run (no data) is reported elsewhere and takes no part.
+        const std::vector<Method> all = results.methods(mode);
+        const bool possible = std::any_of(all.begin(), all.end(), [&](const Method& method) {
+            const SceneResult* result = results.find(method, scene);
             return result != nullptr && !result->not_applicable();
         });
         if (possible) verdict.scenes.push_back(scene);
     }
-    for (const Contestant& contestant : results.contestants(mode)) {
-        VerdictRow row = make_row(results, contestant, reference, verdict.scenes);
+    for (const Method& method : results.methods(mode)) {
+        VerdictRow row = make_row(results, method, reference, verdict.scenes);
         if (row.scenes > 0) verdict.rows.push_back(std::move(row));
     }
     if (std::any_of(verdict.rows.begin(), verdict.rows.end(),

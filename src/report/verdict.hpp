@@ -1,4 +1,4 @@
-// Who is how fast and how wrong, over a set of scenes: every contestant with all its columns, in one table and one
+// Who is how fast and how wrong, over a set of scenes: every method with all its columns, in one table and one
 // chart. Page 1 (page_one.hpp) takes the few that a hurried reader needs. All of it is computed from records.
 #pragma once
 
@@ -11,11 +11,11 @@
 
 namespace trocar {
 
-/// One contestant over a set of scenes. Times: geometric mean over the scenes, per process, then across processes.
+/// One method over a set of scenes. Times: geometric mean over the scenes, per process, then across processes.
 struct VerdictRow {
-    Contestant contestant;
+    Method method;
     bool ours = false;       ///< its response is the one that the study names as `ours`
-    bool control = false;    ///< a method of it holds the others to account: told last, never ranked
+    bool control = false;    ///< a method of it holds the others to account: reported last, never ranked
     bool reference = false;  ///< its detector is the one that ratios are taken to
     int scenes = 0;          ///< scenes it was planned on and that could be run
     int scenes_ok = 0;
@@ -24,22 +24,23 @@ struct VerdictRow {
     int failed_runs = 0;
     bool not_applicable = false;    ///< absent or unsupported on at least one scene
     double true_pairs = not_known;  ///< sum over scenes
-    double missing = not_known;
+    double false_negatives = not_known;
     double truncated_ticks = 0.0;  ///< in which a limit cut the list of pairs
-    double extra = not_known;
-    double contacts_between = not_known;      ///< of bodies, seen by the space-time oracle, sum over scenes
-    double contacts_untold = not_known;       ///< of these, neither at a frame nor between frames
-    double depth_error_p50 = not_known;       ///< m, median over scenes of the median
-    double depth_error_max = not_known;       ///< m, worst over scenes
-    double error = not_known;                 ///< m, geometric mean over scenes of error_on()
-    double left_p50 = not_known;              ///< m, median over the tissue scenes of the median; without one, over all
-    double left_max = not_known;              ///< m, worst of the same scenes
-    double slowest_p99 = not_known;           ///< ns, p99 of the slowest of the same scenes
-    double tears = not_known;                 ///< ruptures, summed over the scenes
-    double undecided_max = not_known;         ///< samples whose side truth leaves open, worst over scenes
-    double force_error_equal_k = not_known;   ///< N RMS to the reference of equal stiffness, worst over scenes
-    double force_error_hard = not_known;      ///< N RMS to hard contact, worst over scenes
-    double force_within_equal_k = not_known;  ///< N RMS, largest bound of the references that tell no error
+    double false_positives = not_known;
+    double contact_events = not_known;         ///< of bodies, seen by the space-time oracle, sum over scenes
+    double contact_events_missed = not_known;  ///< of these, neither at a frame nor between frames
+    double depth_error_median_m = not_known;   ///< m, median over scenes of the median
+    double depth_error_max_m = not_known;      ///< m, worst over scenes
+    double error = not_known;                  ///< m, geometric mean over scenes of error_on()
+    double residual_penetration_median_m =
+        not_known;  ///< m, median over the tissue scenes of the median; without one, over all
+    double residual_penetration_max_m = not_known;  ///< m, worst of the same scenes
+    double slowest_p99 = not_known;                 ///< ns, p99 of the slowest of the same scenes
+    double tears = not_known;                       ///< ruptures, summed over the scenes
+    double side_undecided_max = not_known;          ///< samples whose side truth leaves open, worst over scenes
+    double force_error_rms_equal_k = not_known;     ///< N RMS to the reference of equal stiffness, worst over scenes
+    double force_error_rms_hard = not_known;        ///< N RMS to hard contact, worst over scenes
+    double force_within_equal_k = not_known;        ///< N RMS, largest bound of the references that report no error
     double force_within_hard = not_known;
     Estimate p50;                  ///< ns
     Estimate p99;                  ///< ns; NaN: n too small, or a scene failed
@@ -48,7 +49,8 @@ struct VerdictRow {
     double timed_ticks = 0.0;
     int identical_to = -1;   ///< row with the same motion, bit by bit, on every scene; -1: none
     bool dominated = false;  ///< another row is at least as fast and as good, and better in one
-    /// Pairs missed and extra, and contacts between frames never told where a study looks for them. NaN: not judged.
+    /// Pairs missed and extra, and contacts between frames never reported where a study searches for them. NaN: not
+    /// judged.
     [[nodiscard]] double wrong() const;
 };
 
@@ -56,8 +58,8 @@ struct Verdict {
     std::string mode;  ///< "closed_loop", or "replay" in a study of detectors alone
     std::vector<std::string> scenes;
     std::vector<VerdictRow> rows;  ///< by error, fastest of equals first, failed ones last
-    /// Contestants that were planned on some of the scenes only: their errors and means are over those and compare with
-    /// no other row, so they are told in a table of their own. Empty when no contestant was planned on all scenes.
+    /// Methods that were planned on some of the scenes only: their errors and means are over those and compare with
+    /// no other row, so they are reported in a table of their own. Empty when no method was planned on all scenes.
     std::vector<VerdictRow> partial;
     [[nodiscard]] bool error_is_depth() const;
 };

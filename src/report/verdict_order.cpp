@@ -15,8 +15,8 @@ bool move_alike(const Results& results, const VerdictRow& a, const VerdictRow& b
                 const std::vector<std::string>& scenes) {
     bool any = false;
     for (const std::string& scene : scenes) {
-        const SceneResult* first = results.find(a.contestant, scene);
-        const SceneResult* second = results.find(b.contestant, scene);
+        const SceneResult* first = results.find(a.method, scene);
+        const SceneResult* second = results.find(b.method, scene);
         if ((first == nullptr) != (second == nullptr)) return false;
         if (first == nullptr) continue;
         if (!first->ok() || !second->ok() || !same_motion(first->runs.front(), second->runs.front())) return false;
@@ -30,10 +30,11 @@ double time_of(const VerdictRow& row) { return row.p50.value; }
 }  // namespace
 
 double error_on(const SceneResult& result, const std::string& pair_class) {
-    const double way = result.first(&RunFigures::position_worst_equal_k);
+    const double path = result.first(&RunFigures::position_error_worst_equal_k);
     const bool rigid = pair_class == "I2I" || pair_class == "I2R";
     // NaN stays NaN: std::max gives its first argument when neither is larger.
-    return std::max(rigid && !std::isnan(way) ? way : result.first(&RunFigures::left_max), least_error);
+    return std::max(rigid && !std::isnan(path) ? path : result.first(&RunFigures::residual_penetration_max_m),
+                    least_error);
 }
 
 std::vector<std::string> judged_scenes(const Results& results, const std::vector<std::string>& scenes, bool tissue) {
@@ -44,9 +45,12 @@ std::vector<std::string> judged_scenes(const Results& results, const std::vector
 }
 
 ResponseOrder response_order(const ResponseStanding& row) {
-    return {
-        row.control,          row.failed, row.not_run, or_last(as_printed(row.worst)), or_last(as_printed(row.median)),
-        or_last(row.tick_p99)};
+    return {row.control,
+            row.failed,
+            row.not_run,
+            or_last(as_printed(row.worst)),
+            or_last(as_printed(row.median)),
+            or_last(row.total_p99_ns)};
 }
 
 bool have_depths(const std::vector<VerdictRow>& rows) {
@@ -61,14 +65,14 @@ void compare_rows(const Results& results, const std::vector<std::string>& scenes
         return std::pair(response_order({.control = row.control,
                                          .failed = row.failed_runs > 0,
                                          .not_run = row.not_applicable,
-                                         .worst = row.left_max,
-                                         .median = row.left_p50,
-                                         .tick_p99 = row.slowest_p99}),
-                         row.contestant);
+                                         .worst = row.residual_penetration_max_m,
+                                         .median = row.residual_penetration_median_m,
+                                         .total_p99_ns = row.slowest_p99}),
+                         row.method);
     };
     const auto of_detector = [](const VerdictRow& row) {
         return std::tuple(row.control, row.failed_runs > 0, std::isnan(time_of(row)), or_last(row.wrong()),
-                          or_last(time_of(row)), row.contestant);
+                          or_last(time_of(row)), row.method);
     };
     std::sort(rows.begin(), rows.end(), [&](const VerdictRow& a, const VerdictRow& b) {
         return depth ? of_response(a) < of_response(b) : of_detector(a) < of_detector(b);

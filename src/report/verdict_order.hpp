@@ -10,9 +10,9 @@
 
 namespace trocar {
 
-/// How wrong a closed loop was on one scene (m), at least 1 µm: the depth left at worst. Where only instruments and
-/// bones meet (I2I, I2R) that depth is the contact's own compliance; there it is how far at worst the bodies are from
-/// the reference of equal stiffness, if there is one. NaN: no depth.
+/// How wrong a closed loop was on one scene (m), at least 1 µm: the residual penetration at worst. Where only
+/// instruments and bones meet (I2I, I2R) that depth is the contact's own compliance; there it is how far at worst the
+/// bodies are from the reference of equal stiffness, if there is one. NaN: no depth.
 double error_on(const SceneResult& result, const std::string& pair_class);
 
 /// Those of the scenes with, or without, a tissue body among what meets; with, where there is none: all of them.
@@ -21,11 +21,11 @@ std::vector<std::string> judged_scenes(const Results& results, const std::vector
 /// What rows of responses are ordered by, in every table and sentence.
 struct ResponseStanding {
     bool control = false;
-    bool failed = false;          ///< on a scene
-    bool not_run = false;         ///< on a scene
-    double worst = not_known;     ///< m, residual penetration over the tissue scenes; where there is none, over all
-    double median = not_known;    ///< m, over these scenes
-    double tick_p99 = not_known;  ///< ns, of the slowest of these scenes
+    bool failed = false;              ///< on a scene
+    bool not_run = false;             ///< on a scene
+    double worst = not_known;         ///< m, residual penetration over the tissue scenes; where there is none, over all
+    double median = not_known;        ///< m, over these scenes
+    double total_p99_ns = not_known;  ///< ns, of the slowest of these scenes
 };
 using ResponseOrder = std::tuple<bool, bool, bool, double, double, double>;
 /// Ascending: no controls, no failure, run everywhere, worst residual penetration, its median, slowest p99.

@@ -14,19 +14,20 @@
 namespace trocar {
 namespace {
 
-/// An answer that a limit cut is unknown, never free of contact: told wherever missed pairs are.
+/// An answer that a limit cut is unknown, never free of contact: reported wherever missed pairs are.
 std::string cut_text(const VerdictRow& row) {
     return row.truncated_ticks > 0.0 ? fmt::format(", cut in {:.0f} ticks", row.truncated_ticks) : std::string();
 }
 
 std::string pairs_text(const VerdictRow& row) {
     if (std::isnan(row.true_pairs)) return "n/a";
-    return fmt::format("{:.0f} / {:.0f} of {:.0f}{}", row.missing, row.extra, row.true_pairs, cut_text(row));
+    return fmt::format("{:.0f} / {:.0f} of {:.0f}{}", row.false_negatives, row.false_positives, row.true_pairs,
+                       cut_text(row));
 }
 
 std::string between_text(const VerdictRow& row) {
-    if (std::isnan(row.contacts_between)) return "n/a";
-    return fmt::format("{:.0f} of {:.0f}", row.contacts_untold, row.contacts_between);
+    if (std::isnan(row.contact_events)) return "n/a";
+    return fmt::format("{:.0f} of {:.0f}", row.contact_events_missed, row.contact_events);
 }
 
 std::string two_numbers(double first, double second, double scale) {
@@ -35,15 +36,16 @@ std::string two_numbers(double first, double second, double scale) {
 }
 
 std::string left_text(const VerdictRow& row) {
-    return two_numbers(row.left_p50, row.left_max, mm) + undecided_text(row.undecided_max);
+    return two_numbers(row.residual_penetration_median_m, row.residual_penetration_max_m, mm) +
+           undecided_text(row.side_undecided_max);
 }
 
 std::string forces_text(const VerdictRow& row, bool closed_loop) {
-    const auto tell = [](double error, double within) {
+    const auto report = [](double error, double within) {
         return std::isnan(error) && !std::isnan(within) ? "≤ " + format_number(within) : format_number(error);
     };
-    const std::string equal_k = tell(row.force_error_equal_k, row.force_within_equal_k);
-    const std::string hard = tell(row.force_error_hard, row.force_within_hard);
+    const std::string equal_k = report(row.force_error_rms_equal_k, row.force_within_equal_k);
+    const std::string hard = report(row.force_error_rms_hard, row.force_within_hard);
     const std::string unknown = format_number(not_known);
     if (equal_k == unknown && hard == unknown) return closed_loop ? "no reference" : "n/a";
     return equal_k + " / " + hard;
@@ -56,11 +58,11 @@ std::string failures_text(const VerdictRow& row) {
 }
 
 /// "`ohc` + `penalty` (canonical)": parts of their own, so that a narrow page can break between them.
-std::string who_text(const Contestant& contestant) {
-    std::string text = "`" + contestant.detector + "`";
-    if (!contestant.response.empty()) text += " + `" + contestant.response + "`";
-    if (contestant.mode == "closed_loop") text += " (" + contestant.contacts + ")";
-    if (!contestant.stepper.empty()) text += " by `" + contestant.stepper + "`";
+std::string who_text(const Method& method) {
+    std::string text = "`" + method.detector + "`";
+    if (!method.response.empty()) text += " + `" + method.response + "`";
+    if (method.mode == "closed_loop") text += " (" + method.contacts + ")";
+    if (!method.stepper.empty()) text += " by `" + method.stepper + "`";
     return text;
 }
 
@@ -72,14 +74,13 @@ std::string time_text(const VerdictRow& row, const Estimate& interval, bool is_p
 
 std::string ratio_text(const VerdictRow& row, double noise_floor) {
     if (std::isnan(row.ratio.value)) return "n/a";
-    if (row.reference && row.contestant.contacts != "native") return "1";
+    if (row.reference && row.method.contacts != "native") return "1";
     const bool equal = row.ratio.value <= noise_floor && row.ratio.value >= 1.0 / noise_floor;
     return (equal ? "≈ " : "") + estimate_text(row.ratio, 1.0);
 }
 
-bool looks_between(const std::vector<VerdictRow>& rows) {
-    return std::any_of(rows.begin(), rows.end(),
-                       [](const VerdictRow& row) { return !std::isnan(row.contacts_between); });
+bool searches_between(const std::vector<VerdictRow>& rows) {
+    return std::any_of(rows.begin(), rows.end(), [](const VerdictRow& row) { return !std::isnan(row.contact_events); });
 }
 
 /// Number in the table of every row: those that move as an earlier one share its number.
@@ -96,10 +97,10 @@ std::vector<int> numbers_of(const std::vector<VerdictRow>& rows) {
 /// ", moving alike: `ohc` (70.9 / 163 µs)" for all rows that do; empty without any.
 std::string twins_text(const std::vector<VerdictRow>& rows, std::size_t head) {
     std::vector<std::string> twins;
-    const Contestant& first = rows[head].contestant;
+    const Method& first = rows[head].method;
     for (const VerdictRow& row : rows) {
         if (row.identical_to != static_cast<int>(head)) continue;
-        const Contestant& twin = row.contestant;
+        const Method& twin = row.method;
         const bool by_detector_alone =
             twin.response == first.response && twin.contacts == first.contacts && twin.stepper == first.stepper;
         const std::string p50 = time_text(row, row.p50, false);
@@ -115,7 +116,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
     Table table;
     table.caption = caption;
     table.columns = {{"row", true},
-                     {closed_loop ? "detector + response (contact source)" : "detector", false, true},
+                     {closed_loop ? "detector + response (contact generator)" : "detector", false, true},
                      {"pairs missed / extra of true", true},
                      {"depth error, median / worst (mm)", true},
                      {"error over scenes (mm)", true},
@@ -127,8 +128,8 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
                      {"ratio of medians", true},
                      {"ticks over 1 ms", true},
                      {"failures", true}};
-    const bool between = looks_between(rows);
-    if (between) table.columns.insert(table.columns.begin() + 3, {"contacts between frames never told", true});
+    const bool between = searches_between(rows);
+    if (between) table.columns.insert(table.columns.begin() + 3, {"contacts between frames never reported", true});
     if (name_scenes) table.columns.insert(table.columns.begin() + 1, {"scenes", false});
     const std::vector<int> numbers = numbers_of(rows);
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -136,9 +137,9 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
         if (row.identical_to >= 0) continue;
         std::vector<std::string> cells{std::to_string(numbers[i])};
         if (name_scenes) cells.push_back(fmt::format("{}", fmt::join(row.scene_names, ", ")));
-        std::vector<std::string> figures{who_text(row.contestant) + twins_text(rows, i),
+        std::vector<std::string> figures{who_text(row.method) + twins_text(rows, i),
                                          pairs_text(row),
-                                         two_numbers(row.depth_error_p50, row.depth_error_max, mm),
+                                         two_numbers(row.depth_error_median_m, row.depth_error_max_m, mm),
                                          std::isnan(row.error) ? "n/a" : format_number(row.error * mm),
                                          left_text(row),
                                          closed_loop ? count_text(row.tears) : "n/a",
@@ -159,7 +160,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
         } else if (row.ours) {
             printed.style = TableRow::Style::own;
         }
-        if (row.undecided_max > 0.0) table.note = undecided_note;
+        if (row.side_undecided_max > 0.0) table.note = undecided_note;
     }
     const std::string order =
         have_depths(rows)
@@ -210,8 +211,8 @@ ScatterChart verdict_chart(const Verdict& verdict) {
     for (const bool ours : {true, false}) {
         for (const VerdictRow& row : verdict.rows) {
             if (row.ours != ours) continue;
-            if (colours.emplace(method_name(row.contestant.detector), next).second) ++next;
-            shapes.emplace(row.contestant.response, 0);
+            if (colours.emplace(method_name(row.method.detector), next).second) ++next;
+            shapes.emplace(row.method.response, 0);
         }
     }
     next = 0;
@@ -226,8 +227,8 @@ ScatterChart verdict_chart(const Verdict& verdict) {
         const double error = error_of(row, depth);
         const double time = (p99 ? row.p99.value : row.p50.value) * us;
         if (std::isnan(error) || std::isnan(time)) continue;
-        const Key key{method_name(row.contestant.detector), row.contestant.response, row.contestant.contacts,
-                      row.contestant.stepper.empty() ? "" : method_name(row.contestant.stepper)};
+        const Key key{method_name(row.method.detector), row.method.response, row.method.contacts,
+                      row.method.stepper.empty() ? "" : method_name(row.method.stepper)};
         ChartSeries& one = series[key];
         one.style = {
             .colour = colours.at(key.detector), .shape = shapes.at(key.response), .hollow = key.contacts == "native"};
@@ -236,7 +237,7 @@ ScatterChart verdict_chart(const Verdict& verdict) {
         const double y = depth ? error * mm : error;
         one.points.push_back({.x = time,
                               .y = y,
-                              .name = fmt::format("{}. {}: {} µs, {} {}", number, row.contestant.label(),
+                              .name = fmt::format("{}. {}: {} µs, {} {}", number, row.method.label(),
                                                   format_number(time), format_number(y), depth ? "mm" : "wrong"),
                               .label = std::to_string(number)});
         all.emplace_back(time, y);
@@ -253,9 +254,9 @@ ScatterChart verdict_chart(const Verdict& verdict) {
     }
     chart.x_title = fmt::format("{} time per tick (µs, {})", p99 ? "p99" : "median",
                                 verdict.scenes.size() == 1 ? verdict.scenes.front() : "geometric mean over scenes");
-    chart.y_title = depth                         ? "error over scenes (mm)"
-                    : looks_between(verdict.rows) ? "pairs missed + extra + contacts never told"
-                                                  : "pairs missed + extra";
+    chart.y_title = depth                            ? "error over scenes (mm)"
+                    : searches_between(verdict.rows) ? "pairs missed + extra + contacts never reported"
+                                                     : "pairs missed + extra";
     chart.x_limit = 1000.0;
     chart.x_limit_name = "1 ms";
     return chart;

@@ -66,12 +66,14 @@ std::string judged_note(const Draft& draft) {
 }
 
 std::string verdict_note(const Draft& draft) {
-    return "Error over scenes: the geometric mean of the depths left at worst, each at least 1 µm; in I2I and I2R of "
+    return "Error over scenes: the geometric mean of the residual penetrations at worst, each at least 1 µm; in I2I "
+           "and I2R of "
            "the largest way from the reference of equal stiffness. Grey: another row is at least as fast and has as "
            "small an error over scenes, and is better in one of the two. Times are geometric means over the scenes of "
            "the medians (p50) and 99 % values (p99) of a tick; a row that failed on a scene has none. Residual "
-           "penetration: median over scenes / worst of all. Tears: ruptures told, summed over the scenes; a depth in "
-           "torn tissue counts like any other. Force errors: worst over the scenes whose reference can tell; ≤: all "
+           "penetration: median over scenes / worst of all. Tears: ruptures reported, summed over the scenes; a depth "
+           "in "
+           "torn tissue counts like any other. Force errors: worst over the scenes whose reference can report; ≤: all "
            "lie within the references' own bound. " +
            draft.interval_note(draft.mode) +
            fmt::format(
@@ -82,9 +84,9 @@ std::string verdict_note(const Draft& draft) {
                "\"no reference\" = no reference solution in this study.",
                code(draft.reference),
                std::isnan(draft.results.noise_floor())
-                   ? "with one process per contestant the noise of the machine is not known, and ratios near 1 say "
+                   ? "with one process per method the noise of the machine is not known, and ratios near 1 say "
                      "nothing"
-                   : fmt::format("≈ = within the noise floor of {} (factor between processes of the same contestant, "
+                   : fmt::format("≈ = within the noise floor of {} (factor between processes of the same method, "
                                  "95 %)",
                                  format_number(draft.results.noise_floor()))) +
            judged_note(draft) + substeps_note(draft) + compliance_note(draft);
@@ -92,15 +94,15 @@ std::string verdict_note(const Draft& draft) {
 
 }  // namespace
 
-void add_all_contestants(Draft& draft, const Verdict& overall) {
+void add_all_methods(Draft& draft, const Verdict& overall) {
     if (overall.rows.empty()) return;
-    draft.heading(2, "All contestants");
-    Table table = verdict_table(overall, fmt::format("Every contestant over all {} scenes", overall.scenes.size()),
+    draft.heading(2, "All methods");
+    Table table = verdict_table(overall, fmt::format("Every method over all {} scenes", overall.scenes.size()),
                                 draft.results.noise_floor());
     table.note = verdict_note(draft) + (table.note.empty() ? "" : " " + table.note);
     draft.add(std::move(table));
     draft.add(partial_table(overall,
-                            "Contestants that were run on some of the scenes only: no row of these compares "
+                            "Methods that were run on some of the scenes only: no row of these compares "
                             "with one of other scenes",
                             draft.results.noise_floor()));
     draft.figure(
@@ -124,7 +126,7 @@ void add_verdict_by_class(Draft& draft) {
     draft.paragraph(
         "In I2I and I2R scenes the instruments are led by a simulated operator and pushed back by the contact; a "
         "scene whose bodies all follow a script has no depth of its own making, so it is n/a there. Columns as under "
-        "\"All contestants\".",
+        "\"All methods\".",
         Paragraph::Style::small);
 }
 

@@ -83,19 +83,20 @@ std::string lines_of(const WorstTick::State& state, double most, double scale, d
 
 /// mm from the deepest place to the edge of a panel.
 double half_width(const WorstTick& seen, double most) {
-    double reach = std::max(2.5 * most, 6.0);
+    double query_distance = std::max(2.5 * most, 6.0);
     for (const WorstTick::State& state : seen.states) {
-        for (const auto& point : state.points) reach = std::max({reach, std::abs(point[0]), std::abs(point[1])});
+        for (const auto& point : state.points)
+            query_distance = std::max({query_distance, std::abs(point[0]), std::abs(point[1])});
     }
-    return std::min(reach * 1.1, 40.0);
+    return std::min(query_distance * 1.1, 40.0);
 }
 
 }  // namespace
 
 std::string draw(const WorstTick& seen) {
     const double most = deepest(seen);
-    const double reach = half_width(seen, most);
-    const double scale = panel_width / 2.0 / reach;
+    const double query_distance = half_width(seen, most);
+    const double scale = panel_width / 2.0 / query_distance;
     const double width = 12.0 + (panel_width + 12.0) * static_cast<double>(seen.states.size());
     const double height = panel_top + panel_height + 62.0;
     std::string out = fmt::format(
@@ -138,7 +139,7 @@ std::string draw(const WorstTick& seen) {
         text_at(12.0 + 5.0 * steps + 8.0, bar_y + 10,
                 fmt::format("depth 0 to {} mm; green: tissue, grey: tool, where nothing is deep", format_number(most)),
                 " font-size=\"12\"");
-    const double bar = reach > 15.0 ? 10.0 : reach > 7.0 ? 5.0 : 2.0;  // mm
+    const double bar = query_distance > 15.0 ? 10.0 : query_distance > 7.0 ? 5.0 : 2.0;  // mm
     out += fmt::format(
         "<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#1b2027\" "
         "stroke-width=\"2\"/>\n",
@@ -153,17 +154,17 @@ std::optional<WorstTickRuns> worst_tick_runs(const std::vector<Record>& records)
     const std::vector<ResponseRow> rows = response_rows(draft);
     const Headline headline = headline_of(rows);
     if (headline.first == nullptr) return std::nullopt;
-    const Contestant& first = headline.first->who.front();
-    const Contestant& other = (headline.other == nullptr ? headline.first : headline.other)->who.front();
+    const Method& first = headline.first->who.front();
+    const Method& other = (headline.other == nullptr ? headline.first : headline.other)->who.front();
     std::optional<WorstTickRuns> chosen;
     std::pair<bool, double> best{false, -1.0};
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
         const SceneResult* ours = draft.results.find(first, scene);
         const SceneResult* theirs = draft.results.find(other, scene);
         if (ours == nullptr || theirs == nullptr || !ours->ok() || !theirs->ok()) continue;
-        const double depth = theirs->runs.front().left_max;
+        const double depth = theirs->runs.front().residual_penetration_max_m;
         if (std::isnan(depth)) continue;
-        const std::pair rank{!std::isnan(theirs->runs.front().force_error_hard), depth};
+        const std::pair rank{!std::isnan(theirs->runs.front().force_error_rms_hard), depth};
         if (rank <= best) continue;
         best = rank;
         chosen = WorstTickRuns{.first = ours->runs.front().record,

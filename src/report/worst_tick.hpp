@@ -1,5 +1,5 @@
-// One scene at its worst tick, side by side: what records cannot tell, since they hold no geometry. Whoever can run the
-// records again writes it once into worst_tick.json beside them; a report draws it from there.
+// One scene at its worst tick, side by side: what records cannot report, since they hold no geometry. Whoever can run
+// the records again writes it once into worst_tick.json beside them; a report draws it from there.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ struct WorstTick {
     struct State {
         std::string name;
         std::string state_hash;  ///< of the run's last frame, the record's; empty for the reference
-        double depth = std::numeric_limits<double>::quiet_NaN();  ///< mm, worst of this tick; NaN: not told
+        double depth = std::numeric_limits<double>::quiet_NaN();  ///< mm, worst of this tick; NaN: not reported
         std::vector<Body> bodies;
         std::vector<std::array<double, 2>> points;  ///< places of the vertices that the reference holds, on the cut
         std::string note;                           ///< what the state does not hold
@@ -62,7 +62,7 @@ struct WorstTickRuns {
     std::string other_name;
 };
 std::optional<WorstTickRuns> worst_tick_runs(const std::vector<Record>& records);
-/// What it tells points into the records.
+/// What it reports points into the records.
 std::optional<WorstTickRuns> worst_tick_runs(std::vector<Record>&&) = delete;
 
 /// The states side by side on one scale of depth, as SVG.

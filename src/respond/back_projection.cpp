@@ -18,7 +18,8 @@ Vector3 came_from(const ThesisState& state, const Frame& frame, Index vertex) {
 
 }  // namespace
 
-void BackProjection::respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts, Effect& effect) {
+void BackProjection::respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts,
+                             ResponseOutput& output) {
     collect_met(state, frame, contacts);
     for (auto first = met_.begin(); first != met_.end();) {
         const Index body = first->body;
@@ -39,7 +40,7 @@ void BackProjection::respond(const ThesisState& state, const Frame& frame, const
             attracted_.clear();
             // The first triangle of a tissue vertex says how deep it is.
             for (auto met = first; met != end; ++met) {
-                if (met->box.overlaps(path)) attract(state, frame, vertex, from, *met, effect);
+                if (met->box.overlaps(path)) attract(state, frame, vertex, from, *met, output);
             }
         }
         first = end;
@@ -65,7 +66,7 @@ void BackProjection::collect_met(const ThesisState& state, const Frame& frame, c
 }
 
 void BackProjection::attract(const ThesisState& state, const Frame& frame, Index tool_vertex, const Vector3& from,
-                             const Met& met, Effect& effect) {
+                             const Met& met, ResponseOutput& output) {
     const Topology& topology = *state.topology;
     const Vector3 x = frame.position.col(tool_vertex);
     const equations::Corners corners = corners_of(topology, frame.position, met.triangle);
@@ -77,7 +78,7 @@ void BackProjection::attract(const ThesisState& state, const Frame& frame, Index
     const Vector3 towards = x - frame.position.col(vertex);
     const double distance = towards.norm();
     if (distance == 0.0) return;
-    LinearContact linear;
+    ContactForceLaw linear;
     linear.vertices = {vertex, -1, -1};
     linear.weights = {1.0, 0.0, 0.0};
     linear.normal = towards / distance;
@@ -87,8 +88,8 @@ void BackProjection::attract(const ThesisState& state, const Frame& frame, Index
     linear.adhesive = true;
     linear.reaction_body = met.body;
     linear.reaction_point = x;
-    tell_at_start(topology, frame, state.dt, linear);
-    effect.contacts.push_back(linear);
+    report_at_start(topology, frame, state.dt, linear);
+    output.contacts.push_back(linear);
 }
 
 }  // namespace trocar

@@ -12,7 +12,7 @@ namespace trocar {
 
 class BackProjection {
 public:
-    void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts, Effect& effect);
+    void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts, ResponseOutput& output);
 
 private:
     /// A tissue triangle that meets an instrument.
@@ -23,7 +23,7 @@ private:
     };
     void collect_met(const ThesisState& state, const Frame& frame, const ContactSet& contacts);
     void attract(const ThesisState& state, const Frame& frame, Index vertex, const Vector3& from, const Met& met,
-                 Effect& effect);
+                 ResponseOutput& output);
 
     std::vector<Met> met_;  ///< sorted by body and triangle
     std::vector<Index> attracted_;

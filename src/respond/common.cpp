@@ -20,31 +20,31 @@ equations::Corners corners_of(const Topology& topology, const Matrix3X& position
     return {position.col(corner[0]), position.col(corner[1]), position.col(corner[2])};
 }
 
-Vector3 hand_velocity(const Frame& frame, double dt, Index body) {
-    return at(body) < frame.hand_motion.size() ? Vector3(frame.hand_motion[at(body)] / dt) : Vector3::Zero();
+Vector3 operator_velocity(const Frame& frame, double dt, Index body) {
+    return at(body) < frame.operator_motion.size() ? Vector3(frame.operator_motion[at(body)] / dt) : Vector3::Zero();
 }
 
-double scripted_rate(const Topology& topology, const Frame& frame, double dt, const LinearContact& contact) {
+double scripted_rate(const Topology& topology, const Frame& frame, double dt, const ContactForceLaw& contact) {
     double rate = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
         const Index vertex = contact.vertices[i];
         if (vertex < 0 || contact.weights[i] == 0.0) continue;
         const Index body = topology.body_of_vertex(vertex);
         if (topology.bodies[at(body)].kind == BodyKind::tissue) continue;
-        const Vector3 velocity = frame.velocity.col(vertex) - hand_velocity(frame, dt, body);
+        const Vector3 velocity = frame.velocity.col(vertex) - operator_velocity(frame, dt, body);
         rate += contact.weights[i] * velocity.dot(contact.normal);
     }
     if (any_vertex(contact.reaction_vertices) >= 0) return rate;  // tissue
     rate -= contact.face_velocity;
-    if (contact.reaction_body >= 0) rate += hand_velocity(frame, dt, contact.reaction_body).dot(contact.normal);
+    if (contact.reaction_body >= 0) rate += operator_velocity(frame, dt, contact.reaction_body).dot(contact.normal);
     return rate;
 }
 
-void tell_at_start(const Topology& topology, const Frame& frame, double dt, LinearContact& contact) {
+void report_at_start(const Topology& topology, const Frame& frame, double dt, ContactForceLaw& contact) {
     contact.gap -= scripted_rate(topology, frame, dt, contact) * dt;
 }
 
-void react_on_line(const Frame& frame, Index body, LinearContact& contact) {
+void react_on_line(const Frame& frame, Index body, ContactForceLaw& contact) {
     contact.reaction_body = body;
     const ContactPoint pushed{contact.vertices, contact.weights};
     contact.reaction_point = pushed.blend(frame.position) - contact.gap * contact.normal;

@@ -1,5 +1,5 @@
-// Parts of every response of ours: the class of a body pair, the gap of a contact as an Effect has it, and the line on
-// which a contact's force and its reaction act.
+// Parts of every response of ours: the class of a body pair, the gap of a contact as an ResponseOutput has it, and the
+// line on which a contact's force and its reaction act.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "contact/contact.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "geometry/types.hpp"
 #include "method/entry.hpp"
 #include "respond/equations.hpp"
@@ -38,18 +38,18 @@ inline constexpr double rigid_stiffness = 1000.0;
 inline constexpr const char* acts_as_penalty = "acts as penalty between bodies without tissue";
 
 /// Translation that a hand gave a body in the last tick, m/s; zero for bodies that no hand leads.
-Vector3 hand_velocity(const Frame& frame, double dt, Index body);
+Vector3 operator_velocity(const Frame& frame, double dt, Index body);
 /// How fast scripts alone open the gap of a contact within the tick, m/s: of the velocities that it was written for
 /// (vertices as in the frame, face_velocity), the part that is neither tissue's nor a hand's.
-double scripted_rate(const Topology& topology, const Frame& frame, double dt, const LinearContact& contact);
-/// For a contact whose gap was measured at the frame, where scripts have made this tick's motion already: tells it at
-/// the start of the tick, as LinearContact wants it. It closes at the end of the tick where it was measured, not one
+double scripted_rate(const Topology& topology, const Frame& frame, double dt, const ContactForceLaw& contact);
+/// For a contact whose gap was measured at the frame, where scripts have made this tick's motion already: reports it at
+/// the start of the tick, as ContactForceLaw wants it. It closes at the end of the tick where it was measured, not one
 /// tick's motion beyond.
-void tell_at_start(const Topology& topology, const Frame& frame, double dt, LinearContact& contact);
+void report_at_start(const Topology& topology, const Frame& frame, double dt, ContactForceLaw& contact);
 
 /// Makes `body` (-1: none) take the reaction of a contact whose points and gap are of the frame, on the line of action:
 /// at the pushed point, the gap away from it along the normal.
-void react_on_line(const Frame& frame, Index body, LinearContact& contact);
+void react_on_line(const Frame& frame, Index body, ContactForceLaw& contact);
 
 /// A parameter that is a number, in [low, high] or one of `words`.
 Parameter number_parameter(const std::string& name, const std::string& unit, const std::string& value, double low,

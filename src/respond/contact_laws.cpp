@@ -88,7 +88,7 @@ double ContactLaws::own_pressure(Range vertices, const TissueScale& scale) const
     return std::isfinite(pressure) ? pressure : infinite;
 }
 
-void ContactLaws::finish_on_tissue(Index tissue, const Vector3& other_velocity, LinearContact& linear) const {
+void ContactLaws::finish_on_tissue(Index tissue, const Vector3& other_velocity, ContactForceLaw& linear) const {
     linear.gap -= settings_.contact_offset * scale_[at(tissue)].edge;
     // With what tissue weighs, k d of a deep gap would throw it.
     linear.gap = std::max(linear.gap, -clear_speed_[at(tissue)] * settings_.relaxation_time);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "geometry/types.hpp"
 #include "method/entry.hpp"
 #include "respond/common.hpp"
@@ -46,7 +46,7 @@ public:
     [[nodiscard]] double mean_of_springs(const ContactPoint& load) const;
     /// Of a law that pushes `tissue`: widens its gap by the contact offset, cuts a depth that would be left faster than
     /// clear speed, and sets force limit and friction. `other_velocity`: m/s, of the other surface.
-    void finish_on_tissue(Index tissue, const Vector3& other_velocity, LinearContact& linear) const;
+    void finish_on_tissue(Index tissue, const Vector3& other_velocity, ContactForceLaw& linear) const;
     /// Figures k_effective_n_per_m, mu_effective_ns_per_m, relaxation_time_effective_s and damping_ratio of the
     /// stiffest pair with tissue, else of the stiffest pair. `on_tissue`: N/m, the method's own stiffness there; NaN:
     /// as above. The damping ratio is mu / (2 √(k m)) with the mean mass m of a tissue vertex.
@@ -77,7 +77,7 @@ private:
 /// `k`, `mu` and `relaxation_time`. `auto_k`: what k is where neither method nor scene says anything.
 std::vector<Parameter> law_parameters(const std::string& auto_k);
 /// These and, for contacts on tissue, `contact_offset`, `clear_speed`, `pressure`, `friction` and `friction_k`; `on`:
-/// with the defaults of the response `hold`, else all off.
+/// with the defaults of the response `unilateral`, else all off.
 std::vector<Parameter> law_parameters_on_tissue(const std::string& auto_k, bool on);
 /// Of those parameters that the values declare.
 LawSettings read_law_settings(const ParameterValues& values);

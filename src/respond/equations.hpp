@@ -6,7 +6,7 @@
 #include <array>
 #include <span>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "geometry/triangle_distance.hpp"
 #include "geometry/types.hpp"
 

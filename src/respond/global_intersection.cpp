@@ -1,7 +1,7 @@
 // Interpenetration resolved from one frame alone by global intersection analysis (Baraff, Witkin, Kass 2003; thesis
 // §2.2 names it as too expensive to try): closed curves of intersection cut off a region on each surface, and the
-// regions attract each other until the surfaces have passed back through each other. The rival of the source `tracked`,
-// which needs history.
+// regions attract each other until the surfaces have passed back through each other. The baseline of the generator
+// `tracked_proximity`, which needs history.
 //
 // A vertex of a region and the other surface's region (the faces on the curve, those with a vertex in the region, and a
 // ring around them) are drawn together along the vector area of the tissue's faces, which depends on their rim only: to
@@ -53,21 +53,21 @@ public:
         stamp_ = 0;
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
-                 Effect& effect) override {
-        effect.clear();
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
+                 ResponseOutput& output) override {
+        output.clear();
         surface_.measure(*topology_, frame.position);
         regions_.find(*topology_, surface_, frame, contacts.pairs);
         others_.contacts.clear();
         for (const Contact& contact : contacts.contacts) {
             if (!resolved(contacts.pairs, contact)) others_.contacts.push_back(contact);
         }
-        points_.gather(*topology_, frame, others_, true, effect);
+        points_.gather(*topology_, frame, others_, true, output);
         for (const PointContact& contact : points_.list()) {
-            effect.contacts.push_back(spring_damper(*topology_, laws_, frame, dt, contact));
+            output.contacts.push_back(spring_damper(*topology_, laws_, frame, dt, contact));
         }
         for (const IntersectionContour& contour : regions_.contours())
-            attract(frame, dt, contacts.pairs, contour, effect);
+            attract(frame, dt, contacts.pairs, contour, output);
     }
 
 private:
@@ -143,8 +143,8 @@ private:
 
     /// Unit direction in which the tissue has to go: along the vector area of its patch, which depends on the patch's
     /// rim only and not on how the faces lie around the tool; zero where that hardly exists.
-    [[nodiscard]] Vector3 way_out(const Frame& frame, const std::vector<TrianglePair>& pairs,
-                                  const IntersectionContour& contour) const {
+    [[nodiscard]] Vector3 path_out(const Frame& frame, const std::vector<TrianglePair>& pairs,
+                                   const IntersectionContour& contour) const {
         Vector3 sum = Vector3::Zero();
         double area = 0.0;
         for (const Index t : patch_) {
@@ -166,16 +166,16 @@ private:
     }
 
     void attract(const Frame& frame, double dt, const std::vector<TrianglePair>& pairs,
-                 const IntersectionContour& contour, Effect& effect) {
+                 const IntersectionContour& contour, ResponseOutput& output) {
         if (!has_region(contour)) return;
         collect_patch(pairs, contour, false);
-        const Vector3 axis = way_out(frame, pairs, contour);
+        const Vector3 axis = path_out(frame, pairs, contour);
         for (const Index v : contour.inside_a) {
             const Vector3 x = frame.position.col(v);
             ContactPoint met;
             const bool along = !axis.isZero() && ray_to_patch(frame, x, -axis, met);
             pull(frame, dt, contour.body_a, ContactPoint::at_vertex(v), along ? met : nearest_in_patch(frame, x),
-                 along ? axis : Vector3::Zero(), effect);
+                 along ? axis : Vector3::Zero(), output);
         }
         collect_patch(pairs, contour, true);
         for (const Index v : contour.inside_b) {
@@ -183,21 +183,21 @@ private:
             ContactPoint met;
             const bool along = !axis.isZero() && ray_to_patch(frame, x, axis, met);
             pull(frame, dt, contour.body_a, along ? met : nearest_in_patch(frame, x), ContactPoint::at_vertex(v),
-                 along ? axis : Vector3::Zero(), effect);
+                 along ? axis : Vector3::Zero(), output);
         }
     }
 
     /// Draws a point of tissue to a point of body a, and that point to the tissue, along `axis`, or (zero) straight.
     void pull(const Frame& frame, double dt, Index body_a, const ContactPoint& a, const ContactPoint& tissue,
-              const Vector3& axis, Effect& effect) const {
-        const Vector3 way = a.blend(frame.position) - tissue.blend(frame.position);
-        const double distance = axis.isZero() ? way.norm() : way.dot(axis);
+              const Vector3& axis, ResponseOutput& output) const {
+        const Vector3 path = a.blend(frame.position) - tissue.blend(frame.position);
+        const double distance = axis.isZero() ? path.norm() : path.dot(axis);
         if (!(distance > 0.0)) return;
-        LinearContact contact;
+        ContactForceLaw contact;
         contact.role = ContactRole::constraint;
         contact.vertices = tissue.vertices;
         contact.weights = tissue.weights;
-        contact.normal = axis.isZero() ? Vector3(way / distance) : axis;
+        contact.normal = axis.isZero() ? Vector3(path / distance) : axis;
         contact.gap = -distance;
         contact.k = settings_.attraction;
         contact.mu = settings_.attraction * settings_.law.relaxation_time;
@@ -209,8 +209,8 @@ private:
         } else if (kind == BodyKind::instrument) {
             react_on_line(frame, body_a, contact);
         }
-        tell_at_start(*topology_, frame, dt, contact);
-        effect.contacts.push_back(contact);
+        report_at_start(*topology_, frame, dt, contact);
+        output.contacts.push_back(contact);
         if (settings_.drag <= 0.0) return;
         // Across the pull the two points only slow each other down.
         const Vector3 across = contact.normal.unitOrthogonal();
@@ -221,7 +221,7 @@ private:
             contact.mu = settings_.drag;
             contact.face_velocity = a.blend(frame.velocity).dot(direction);
             contact.role = ContactRole::damper;
-            effect.contacts.push_back(contact);
+            output.contacts.push_back(contact);
         }
     }
 
@@ -244,7 +244,7 @@ ResponseEntry global_intersection_response() {
     entry.name = "global_intersection";
     entry.version = "1";
     entry.own = true;
-    entry.sources = {"canonical", "native"};  // traces the triangles that meet
+    entry.contact_generators = {"intersection", "native"};  // traces the triangles that meet
     entry.without_tissue = acts_as_penalty;
     entry.parameters = {{.name = "attraction",
                          .unit = "N/m",

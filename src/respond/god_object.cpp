@@ -32,18 +32,18 @@ public:
         proxies_.prepare(topology, materials, settings_.radius);
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
-                 Effect& effect) override {
-        effect.clear();
-        proxies_.respond(*topology_, *materials_, laws_, frame, contacts, effect);
-        for (LinearContact& tip : effect.contacts) tell_at_start(*topology_, frame, dt, tip);
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
+                 ResponseOutput& output) override {
+        output.clear();
+        proxies_.respond(*topology_, *materials_, laws_, frame, contacts, output);
+        for (ContactForceLaw& tip : output.contacts) report_at_start(*topology_, frame, dt, tip);
         others_.contacts.clear();
         for (const Contact& contact : contacts.contacts) {
             if (!proxies_.takes(*topology_, frame, contact)) others_.contacts.push_back(contact);
         }
-        points_.gather(*topology_, frame, others_, settings_.reduce, effect);
+        points_.gather(*topology_, frame, others_, settings_.reduce, output);
         for (const PointContact& contact : points_.list()) {
-            effect.contacts.push_back(spring_damper(*topology_, laws_, frame, dt, contact));
+            output.contacts.push_back(spring_damper(*topology_, laws_, frame, dt, contact));
         }
     }
 

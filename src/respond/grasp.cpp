@@ -152,7 +152,7 @@ Vector3 Grasp::target_velocity(const Frame& frame, const GraspedVertex& held, do
 }
 
 void Grasp::hold_by_springs(const Materials& materials, const VertexSprings& springs, const Frame& frame, double dt,
-                            Effect& effect) {
+                            ResponseOutput& output) {
     for (std::size_t i = held_.size(); i-- > 0;) {
         const double pull =
             settings_.stiffness * (target(frame, held_[i]) - frame.position.col(held_[i].vertex)).norm();
@@ -161,24 +161,24 @@ void Grasp::hold_by_springs(const Materials& materials, const VertexSprings& spr
             springs.largest_strain(materials, frame.position, held_[i].vertex) >= at_limit * materials.strain_limit;
         if (pull <= settings_.slip_force && !torn) continue;
         detach(i);
-        ++effect.detached;
+        ++output.detached;
     }
-    for (const GraspedVertex& held : held_) pull(materials, frame, held, settings_.stiffness, dt, effect);
+    for (const GraspedVertex& held : held_) pull(materials, frame, held, settings_.stiffness, dt, output);
     weaken(frame, dt);
     for (const PartingVertex& parting : parting_) {
-        pull(materials, frame, parting.held, parting.stiffness, dt, effect);
+        pull(materials, frame, parting.held, parting.stiffness, dt, output);
     }
 }
 
 void Grasp::pull(const Materials& materials, const Frame& frame, const GraspedVertex& held, double stiffness, double dt,
-                 Effect& effect) const {
+                 ResponseOutput& output) const {
     const Vector3 place = target(frame, held);
     const Vector3 offset = place - frame.position.col(held.vertex);
     const Vector3 speed = target_velocity(frame, held, dt);
     // The target is the frame's: at the start of the tick it is where scripts have not yet turned or moved it.
-    const Vector3 scripted = (speed - hand_velocity(frame, dt, body_of(held.group))) * dt;
+    const Vector3 scripted = (speed - operator_velocity(frame, dt, body_of(held.group))) * dt;
     for (int axis = 0; axis < 3; ++axis) {
-        LinearContact linear;
+        ContactForceLaw linear;
         linear.vertices = {held.vertex, -1, -1};
         linear.weights = {1.0, 0.0, 0.0};
         linear.normal = Vector3::Unit(axis);
@@ -189,7 +189,7 @@ void Grasp::pull(const Materials& materials, const Frame& frame, const GraspedVe
         linear.role = ContactRole::grasp;
         linear.reaction_body = body_of(held.group);
         linear.reaction_point = place;
-        effect.contacts.push_back(linear);
+        output.contacts.push_back(linear);
     }
 }
 

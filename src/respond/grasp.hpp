@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "contact/contact_set.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "respond/common.hpp"
 #include "scene/world.hpp"
 
@@ -50,7 +50,7 @@ public:
     /// more than the slip force or whose springs have reached the strain limit, and counts them; what was let go is
     /// pulled less and less for the release time.
     void hold_by_springs(const Materials& materials, const VertexSprings& springs, const Frame& frame, double dt,
-                         Effect& effect);
+                         ResponseOutput& output);
     /// Lets one vertex go: at once, or over the release time.
     void detach(std::size_t position);
     /// Remembers the poses of this frame; call at the end of a tick.
@@ -73,7 +73,7 @@ private:
     };
     /// A spring of this stiffness and its critical damper from a vertex to its target.
     void pull(const Materials& materials, const Frame& frame, const GraspedVertex& held, double stiffness, double dt,
-              Effect& effect) const;
+              ResponseOutput& output) const;
     void weaken(const Frame& frame, double dt);
     void attach(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts,
                 Index group);

@@ -1,4 +1,4 @@
-// A control, not a contestant: a response that does nothing. What another does without contacts must be the same.
+// A control, not a method: a response that does nothing. What another does without contacts must be the same.
 #include <memory>
 
 #include "method/entry.hpp"
@@ -10,8 +10,8 @@ class None final : public Response {
 public:
     void prepare(const Topology& /*topology*/, const Materials& /*materials*/) override {}
     void respond(const Frame& /*frame*/, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactLoad> /*loads*/, Effect& effect) override {
-        effect.clear();
+                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+        output.clear();
     }
 };
 
@@ -20,7 +20,7 @@ public:
 ResponseEntry none_response() {
     ResponseEntry entry;
     entry.name = "none";
-    entry.configuration = "a control, not a contestant: does nothing";
+    entry.configuration = "a control, not a method: does nothing";
     entry.control = true;
     entry.make = [](const ParameterValues&) { return std::make_unique<None>(); };
     return entry;

@@ -100,7 +100,7 @@ void PointContacts::prepare(const Topology& topology) {
 }
 
 void PointContacts::gather(const Topology& topology, const Frame& frame, const ContactSet& contacts, bool reduce,
-                           Effect& effect) {
+                           ResponseOutput& output) {
     for (const PointContact& contact : list_) first_[at(contact.vertex)] = -1;
     list_.clear();
     // Where a vertex is inside, the edges that meet in it cross the other body's edges round it: the same overlap once
@@ -114,11 +114,11 @@ void PointContacts::gather(const Topology& topology, const Frame& frame, const C
             const bool described = describe(topology, frame, contact, point);
             point.id = contact.id;
             if (!described) {
-                effect.skip(SkipReason::no_direction);
+                output.skip(SkipReason::no_direction);
             } else if (!reduce || point.depth < 0.0) {
                 list_.push_back(point);
             } else if ((edges && is_left_to_a_vertex(contact, point)) || !keep_deepest(point)) {
-                effect.skip(SkipReason::reduced);
+                output.skip(SkipReason::reduced);
             }
         }
     }
@@ -185,15 +185,15 @@ bool PointContacts::keep_deepest(PointContact& contact) {
     return true;
 }
 
-LinearContact spring_damper(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
-                            const PointContact& contact) {
+ContactForceLaw spring_damper(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
+                              const PointContact& contact) {
     const bool push_b = laws.kind(contact.body_a, contact.body_b) != CollisionClass::instrument_rigid;
     const ContactPoint& pushed = push_b ? contact.b : contact.a;
     const ContactPoint& other = push_b ? contact.a : contact.b;
     const bool tissue = topology.bodies[at(contact.body_b)].kind == BodyKind::tissue;
     const BodyKind kind_a = topology.bodies[at(contact.body_a)].kind;
     const Vector3 other_velocity = other.blend(frame.velocity);
-    LinearContact linear;
+    ContactForceLaw linear;
     linear.source_id = contact.id;
     linear.vertices = pushed.vertices;
     linear.weights = pushed.weights;
@@ -209,12 +209,12 @@ LinearContact spring_damper(const Topology& topology, const ContactLaws& laws, c
     } else if (push_b && kind_a == BodyKind::instrument) {
         react_on_line(frame, contact.body_a, linear);
     }
-    tell_at_start(topology, frame, dt, linear);
+    report_at_start(topology, frame, dt, linear);
     if (tissue) laws.finish_on_tissue(contact.body_b, other_velocity, linear);
     return linear;
 }
 
-LinearContact solved_contact(const Frame& frame, const PointContact& contact, LinearContact law) {
+ContactForceLaw solved_contact(const Frame& frame, const PointContact& contact, ContactForceLaw law) {
     law.role = ContactRole::solved;
     law.k = law.mu = 0.0;
     if (any_vertex(law.reaction_vertices) < 0) law.surface_velocity = contact.a.blend(frame.velocity);
@@ -243,15 +243,15 @@ void PointResponse::prepare(const Topology& topology, const Materials& materials
 }
 
 void PointResponse::respond(const Frame& frame, double dt, const ContactSet& contacts,
-                            std::span<const ContactLoad> /*loads*/, Effect& effect) {
-    effect.clear();
-    effect.solver = solver_.get();
-    effect.solver_timing = settings_.timing;
-    points_.gather(*topology_, frame, contacts, settings_.reduce, effect);
+                            std::span<const ContactForce> /*loads*/, ResponseOutput& output) {
+    output.clear();
+    output.solver = solver_.get();
+    output.solver_timing = settings_.timing;
+    points_.gather(*topology_, frame, contacts, settings_.reduce, output);
     for (const PointContact& contact : points_.list()) {
         const bool on_tissue = topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;
-        const LinearContact law = spring_damper(*topology_, laws_, frame, dt, contact);
-        effect.contacts.push_back(on_tissue && solver_ ? solved_contact(frame, contact, law) : law);
+        const ContactForceLaw law = spring_damper(*topology_, laws_, frame, dt, contact);
+        output.contacts.push_back(on_tissue && solver_ ? solved_contact(frame, contact, law) : law);
     }
 }
 

@@ -46,8 +46,9 @@ public:
     void prepare(const Topology& topology);
     /// Replaces the list. `reduce`: of the closed contacts one per vertex and other body, the deepest, and edge
     /// contacts only where no vertex beside them is inside; else one per contact. Open contacts are never reduced.
-    /// Counts in the effect what has no place in the list: no_direction and reduced.
-    void gather(const Topology& topology, const Frame& frame, const ContactSet& contacts, bool reduce, Effect& effect);
+    /// Counts in the output what has no place in the list: no_direction and reduced.
+    void gather(const Topology& topology, const Frame& frame, const ContactSet& contacts, bool reduce,
+                ResponseOutput& output);
     [[nodiscard]] const std::vector<PointContact>& list() const { return list_; }
 
 private:
@@ -64,11 +65,11 @@ private:
 /// F = max(0, k d - mu v_n) n on b, its opposite on a. Tissue is pushed where there is tissue, both sides of two
 /// tissues; between an instrument and a rigid body only the instrument is. Without a stiffness from method or scene:
 /// the mean of the tissue's springs there, or rigid_stiffness. An open contact is such a law with a positive gap.
-LinearContact spring_damper(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
-                            const PointContact& contact);
+ContactForceLaw spring_damper(const Topology& topology, const ContactLaws& laws, const Frame& frame, double dt,
+                              const PointContact& contact);
 
-/// The same contact, `law`, without its law: Effect::solver finds its impulse.
-LinearContact solved_contact(const Frame& frame, const PointContact& contact, LinearContact law);
+/// The same contact, `law`, without its law: ResponseOutput::solver finds its impulse.
+ContactForceLaw solved_contact(const Frame& frame, const PointContact& contact, ContactForceLaw law);
 
 /// `acts`: the words of SolverTiming.
 Parameter timing_parameter(const std::string& name_of_default);
@@ -87,8 +88,8 @@ public:
     explicit PointResponse(const Settings& settings, std::unique_ptr<SubstepSolver> solver = nullptr)
         : settings_(settings), solver_(std::move(solver)) {}
     void prepare(const Topology& topology, const Materials& materials) final;
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> loads,
-                 Effect& effect) final;
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> loads,
+                 ResponseOutput& output) final;
     [[nodiscard]] std::map<std::string, double> values_in_force() const override {
         return solver_ == nullptr ? laws_.values_in_force() : std::map<std::string, double>{};
     }

@@ -12,7 +12,7 @@ void RigidPatches::prepare(const Topology& topology, const ContactLaws& laws) {
     crossed_.reserve(256);
 }
 
-void RigidPatches::respond(const Frame& frame, double dt, std::span<const Contact> contacts, Effect& effect) {
+void RigidPatches::respond(const Frame& frame, double dt, std::span<const Contact> contacts, ResponseOutput& output) {
     surface_.measure(*topology_, frame.position);
     crossed_.clear();
     for (const Contact& contact : contacts) {
@@ -21,7 +21,7 @@ void RigidPatches::respond(const Frame& frame, double dt, std::span<const Contac
             (contact.on_b.blend(frame.velocity) - contact.on_a.blend(frame.velocity)).dot(contact.normal);
         const double depth = -(contact.gap + rate * dt);
         if (!(depth > 0.0)) {
-            effect.skip(SkipReason::not_handled);  // nothing brings the two together in this tick
+            output.skip(SkipReason::not_handled);  // nothing brings the two together in this tick
             continue;
         }
         crossed_.push_back({.contact = &contact,
@@ -41,7 +41,7 @@ void RigidPatches::respond(const Frame& frame, double dt, std::span<const Contac
         if (std::none_of(first, end, [](const Crossed& one) { return one.foremost; })) {
             std::for_each(first, end, [](Crossed& one) { one.foremost = true; });
         }
-        press(frame, {first, end}, effect);
+        press(frame, {first, end}, output);
         first = end;
     }
 }
@@ -59,8 +59,8 @@ bool RigidPatches::is_outermost(const Frame& frame, const ContactPoint& point, c
         if (v < 0) continue;
         for (const Index t : surface_.triangles_at(v)) {
             for (int i = 0; i < 3; ++i) {
-                const Vector3 way = frame.position.col(topology_->triangles(i, t)) - frame.position.col(v);
-                if (way.dot(direction) > rounding * way.norm()) return false;
+                const Vector3 path = frame.position.col(topology_->triangles(i, t)) - frame.position.col(v);
+                if (path.dot(direction) > rounding * path.norm()) return false;
             }
         }
     }
@@ -76,7 +76,7 @@ double RigidPatches::area_of(const ContactPoint& point) const {
 }
 
 /// One patch: features of two bodies.
-void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, Effect& effect) const {
+void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, ResponseOutput& output) const {
     const Index body_a = patch.front().contact->body_a;
     const Index body_b = patch.front().contact->body_b;
     const Crossed* deepest = nullptr;
@@ -108,7 +108,7 @@ void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, Eff
         if (!(share > 0.0)) continue;
         const ContactPoint& pushed = push_b ? one.contact->on_b : one.contact->on_a;
         const ContactPoint& other = push_b ? one.contact->on_a : one.contact->on_b;
-        LinearContact linear;
+        ContactForceLaw linear;
         linear.k = k * share;
         linear.mu = laws_->mu(body_a, body_b, of_pair) * share;
         linear.source_id = one.contact->id;
@@ -120,7 +120,7 @@ void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, Eff
         if (push_b && kind(body_a) == BodyKind::instrument) {
             react_on_line(frame, body_a, linear);
         }
-        effect.contacts.push_back(linear);
+        output.contacts.push_back(linear);
     }
 }
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "contact/contact.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "respond/common.hpp"
 #include "respond/contact_laws.hpp"
 #include "respond/surface.hpp"
@@ -23,7 +23,7 @@ public:
     /// area a_i has the share d_i² a_i in that, so that one that just enters changes nothing. All that has crossed and
     /// faces that way carries its share of the force, k times the depth, so that its centre moves evenly, too.
     /// Depths are those at the end of the tick, by the velocities of the frame; a patch may be open at its start.
-    void respond(const Frame& frame, double dt, std::span<const Contact> contacts, Effect& effect);
+    void respond(const Frame& frame, double dt, std::span<const Contact> contacts, ResponseOutput& output);
 
 private:
     struct Crossed {
@@ -36,7 +36,7 @@ private:
     [[nodiscard]] bool is_foremost(const Frame& frame, const Contact& contact) const;
     [[nodiscard]] bool is_outermost(const Frame& frame, const ContactPoint& point, const Vector3& direction) const;
     [[nodiscard]] double area_of(const ContactPoint& point) const;
-    void press(const Frame& frame, std::span<const Crossed> patch, Effect& effect) const;
+    void press(const Frame& frame, std::span<const Crossed> patch, ResponseOutput& output) const;
 
     const Topology* topology_ = nullptr;
     const ContactLaws* laws_ = nullptr;

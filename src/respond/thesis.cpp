@@ -54,20 +54,20 @@ public:
         proxies_.prepare(topology, materials, TipProxies::default_radius);
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
-                 Effect& effect) override {
-        effect.clear();
-        effect.contact_timing = settings().contact_timing;
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
+                 ResponseOutput& output) override {
+        output.clear();
+        output.contact_timing = settings().contact_timing;
         state_.begin(frame, dt);
-        if (state_.has_tissue) hold_grasped(frame, contacts, effect);
-        if (!corrected()) respond_to_tips(frame, contacts, effect);
-        for (const Contact& contact : contacts.contacts) respond_to(frame, contact, effect);
-        if (corrected()) respond_to_reduced(frame, effect);
-        if (state_.has_tissue && settings().n_back > 0.0) back_projection_.respond(state_, frame, contacts, effect);
+        if (state_.has_tissue) hold_grasped(frame, contacts, output);
+        if (!corrected()) respond_to_tips(frame, contacts, output);
+        for (const Contact& contact : contacts.contacts) respond_to(frame, contact, output);
+        if (corrected()) respond_to_reduced(frame, output);
+        if (state_.has_tissue && settings().n_back > 0.0) back_projection_.respond(state_, frame, contacts, output);
         for (const TissueEdit& edit : state_.edits()) {
-            effect.placements.push_back({edit.vertex, edit.position, edit.velocity, edit.held});
+            output.position_corrections.push_back({edit.vertex, edit.position, edit.velocity, edit.held});
         }
-        add_reactions(frame, effect);
+        add_reactions(frame, output);
         if (state_.has_tissue) state_.grasp.remember(frame);
     }
 
@@ -90,24 +90,24 @@ private:
     }
 
     // ------------------------------------------------------------ one contact
-    void respond_to(const Frame& frame, const Contact& contact, Effect& effect) {
+    void respond_to(const Frame& frame, const Contact& contact, ResponseOutput& output) {
         const bool features = is_of_features(contact);
         const bool enters = contact.kind == ContactCase::a_enters_b || contact.kind == ContactCase::b_enters_a;
         const bool pair = enters || contact.kind == ContactCase::edges_cross;
         if (!features && (!pair || contact.a < 0 || contact.b < 0 || contact.vertex_a < 0 || contact.vertex_b < 0)) {
-            effect.skip(SkipReason::no_direction);
+            output.skip(SkipReason::no_direction);
             return;
         }
         const CollisionClass pair_class = state_.laws.kind(contact.body_a, contact.body_b);
         if (pair_class == CollisionClass::none ||
             (pair_class == CollisionClass::rigid_tissue && !corrected() && !enters_with_b(contact))) {
-            effect.skip(SkipReason::not_handled);
+            output.skip(SkipReason::not_handled);
             return;
         }
         const bool patch = corrected() && kind(contact.body_b) != BodyKind::tissue;
         const bool open = features && !(contact.gap + contact.approach < 0.0);
         if (open && !patch && !takes_open(contact)) {
-            effect.skip(SkipReason::not_handled);
+            output.skip(SkipReason::not_handled);
             return;
         }
         if (pair_class == CollisionClass::tissue_tissue && !corrected() && !features) {
@@ -121,23 +121,23 @@ private:
         if (contact.kind == ContactCase::edges_cross) {
             const CrossedEdges edges = read_crossing(state_, frame, contact);
             if (corrected()) {
-                if (!reduction_.keep(name_edges(*topology_, frame, contact), edges)) effect.skip(SkipReason::reduced);
+                if (!reduction_.keep(name_edges(*topology_, frame, contact), edges)) output.skip(SkipReason::reduced);
             } else {
-                respond_to_edges(frame, edges, effect);
+                respond_to_edges(frame, edges, output);
             }
         } else if (enters) {
             read_vertices(state_, frame, contact, entered_);
             for (const VertexInFace& v : entered_) {
                 if (corrected()) {
-                    if (!reduction_.keep(v) && v.vertex == entered_.front().vertex) effect.skip(SkipReason::reduced);
+                    if (!reduction_.keep(v) && v.vertex == entered_.front().vertex) output.skip(SkipReason::reduced);
                 } else {
-                    respond_to_vertex(frame, v, effect);
+                    respond_to_vertex(frame, v, output);
                 }
             }
         } else if (contact.kind == ContactCase::edge_edge) {
-            respond_to_edges(frame, read_edge_edge(state_, contact), effect);
+            respond_to_edges(frame, read_edge_edge(state_, contact), output);
         } else {
-            respond_to_vertex(frame, read_point_face(contact), effect);
+            respond_to_vertex(frame, read_point_face(contact), output);
         }
     }
 
@@ -149,19 +149,19 @@ private:
         return corrected() && !places;
     }
 
-    void respond_to_reduced(const Frame& frame, Effect& effect) {
-        for (const VertexInFace& v : reduction_.faces()) respond_to_vertex(frame, v, effect);
+    void respond_to_reduced(const Frame& frame, ResponseOutput& output) {
+        for (const VertexInFace& v : reduction_.faces()) respond_to_vertex(frame, v, output);
         for (std::size_t i = 0; i < reduction_.edge_count(); ++i) {
-            respond_to_edges(frame, reduction_.edges(i), effect);
+            respond_to_edges(frame, reduction_.edges(i), output);
         }
         reduction_.clear();
-        patches_.respond(frame, state_.dt, rigid_, effect);
+        patches_.respond(frame, state_.dt, rigid_, output);
         rigid_.clear();
     }
 
     // ------------------------------------------------------------ laws
     /// Eq. 3.4, 3.6, 3.7-3.8, 3.10-3.11: who is tissue decides which.
-    void respond_to_vertex(const Frame& frame, const VertexInFace& v, Effect& effect) {
+    void respond_to_vertex(const Frame& frame, const VertexInFace& v, ResponseOutput& output) {
         const bool vertex_tissue = kind(v.vertex_body) == BodyKind::tissue;
         const bool face_tissue = kind(v.face_body) == BodyKind::tissue;
         if (vertex_tissue && state_.follows(v.vertex, v.face_body)) return;
@@ -169,26 +169,26 @@ private:
         if (vertex_tissue && face_tissue) {
             bounce(state_, frame, v.normal, ContactPoint::at_vertex(v.vertex), v.face, v.depth,
                    state_.stiffness(v.face_body, v.vertex_body, materials_->mean_stiffness[at(v.vertex)], v.vertex),
-                   effect);
+                   output);
         } else if (vertex_tissue) {
             if (state_.fixed(v.vertex)) {
-                effect.skip(SkipReason::not_handled);
+                output.skip(SkipReason::not_handled);
             } else {
-                project(frame, v, effect);
+                project(frame, v, output);
             }
         } else if (face_tissue) {
-            press_tissue_face(frame, v, effect);
+            press_tissue_face(frame, v, output);
         } else {
-            press_non_deformable(frame, v, effect);
+            press_non_deformable(frame, v, output);
         }
     }
 
     /// Eq. 3.4 (§3.4.1, §3.4.2), printed and faithful: the vertex is pushed out along the face's normal, the face the
     /// other way; a rigid body is static and takes nothing.
-    void press_non_deformable(const Frame& frame, const VertexInFace& v, Effect& effect) const {
+    void press_non_deformable(const Frame& frame, const VertexInFace& v, ResponseOutput& output) const {
         const bool push_vertex = kind(v.vertex_body) == BodyKind::instrument;
         const ContactPoint face = face_load(v);
-        LinearContact linear;
+        ContactForceLaw linear;
         linear.k = state_.stiffness(v.face_body, v.vertex_body, 0.0, v.vertex);
         linear.mu = state_.laws.mu(v.face_body, v.vertex_body, linear.k);
         linear.gap = -v.depth;
@@ -200,41 +200,41 @@ private:
         const bool vertex_first = kind(v.vertex_body) <= kind(v.face_body);
         const Vector3 place = vertex_first ? Vector3(frame.position.col(v.vertex)) : face.blend(frame.position);
         const bool bone = kind(v.vertex_body) == BodyKind::rigid || kind(v.face_body) == BodyKind::rigid;
-        finish_rigid(frame, bone ? std::min(v.vertex_body, v.face_body) : -1, place, linear, effect);
+        finish_rigid(frame, bone ? std::min(v.vertex_body, v.face_body) : -1, place, linear, output);
     }
-    static void push(const ContactPoint& point, LinearContact& linear) {
+    static void push(const ContactPoint& point, ContactForceLaw& linear) {
         linear.vertices = point.vertices;
         linear.weights = point.weights;
     }
     /// At the vertex or face that the equation names; in `corrected` on the line of action.
-    void react(const Frame& frame, Index body, const Vector3& point, LinearContact& linear) const {
+    void react(const Frame& frame, Index body, const Vector3& point, ContactForceLaw& linear) const {
         if (kind(body) != BodyKind::instrument) return;
         react_on_line(frame, body, linear);
         if (!corrected()) linear.reaction_point = point;
     }
     /// Printed and faithful. Of an instrument's contact with bone (-1: other contacts), what is at its tip is the
     /// proxy's.
-    void finish_rigid(const Frame& frame, Index instrument, const Vector3& place, LinearContact linear,
-                      Effect& effect) const {
+    void finish_rigid(const Frame& frame, Index instrument, const Vector3& place, ContactForceLaw linear,
+                      ResponseOutput& output) const {
         const double share = instrument >= 0 ? proxies_.share_left(instrument, place) : 1.0;
         if (share == 0.0) return;
         linear.k *= share;
         linear.mu *= share;
-        state_.finish(frame, linear, effect);
+        state_.finish(frame, linear, output);
     }
     /// GHOST's part (§3.4.2): the tips against bone.
-    void respond_to_tips(const Frame& frame, const ContactSet& contacts, Effect& effect) {
-        const std::size_t before = effect.contacts.size();
-        proxies_.respond(*topology_, *materials_, state_.laws, frame, contacts, effect);
-        for (std::size_t c = before; c < effect.contacts.size(); ++c) {
-            tell_at_start(*topology_, frame, state_.dt, effect.contacts[c]);
+    void respond_to_tips(const Frame& frame, const ContactSet& contacts, ResponseOutput& output) {
+        const std::size_t before = output.contacts.size();
+        proxies_.respond(*topology_, *materials_, state_.laws, frame, contacts, output);
+        for (std::size_t c = before; c < output.contacts.size(); ++c) {
+            report_at_start(*topology_, frame, state_.dt, output.contacts[c]);
         }
     }
 
     /// Eq. 3.6 (§3.4.3): the instrument's vertex A1 is below a tissue face, whose force is the opposite of 3.6's. In
     /// `corrected` also a bone's vertex, which takes no reaction.
-    void press_tissue_face(const Frame& frame, const VertexInFace& v, Effect& effect) const {
-        LinearContact linear;
+    void press_tissue_face(const Frame& frame, const VertexInFace& v, ResponseOutput& output) const {
+        ContactForceLaw linear;
         linear.k = state_.stiffness(v.vertex_body, v.face_body, materials_->mean_stiffness[at(v.nearest)], v.vertex);
         // Literal 3.6: F on A1 = (k d - mu (V2 - V1)·n2) n2, which as a damper on the tissue is -mu.
         linear.mu = (settings().profile == Profile::printed ? -1.0 : 1.0) *
@@ -244,21 +244,21 @@ private:
         push(face_load(v), linear);
         linear.face_velocity = frame.velocity.col(v.vertex).dot(linear.normal);
         react(frame, v.vertex_body, frame.position.col(v.vertex), linear);
-        state_.finish(frame, linear, effect);
+        state_.finish(frame, linear, output);
     }
 
     /// Eq. 3.5, 3.9 (§3.4.1-3.4.3): edges that cross.
-    void respond_to_edges(const Frame& frame, const CrossedEdges& edges, Effect& effect) {
+    void respond_to_edges(const Frame& frame, const CrossedEdges& edges, ResponseOutput& output) {
         const bool tissue_a = kind(edges.body_a) == BodyKind::tissue;
         const bool tissue_b = kind(edges.body_b) == BodyKind::tissue;
         if (tissue_b && state_.follows(edges.vertex_b, edges.body_a)) return;
         const double k = state_.stiffness(edges.body_a, edges.body_b, edges.stiffness, edges.vertex_b);
         if (tissue_a && tissue_b) {
-            bounce(state_, frame, edges.direction, edges.b, edges.a, edges.depth, k, effect);
+            bounce(state_, frame, edges.direction, edges.b, edges.a, edges.depth, k, output);
             return;
         }
         const bool push_b = tissue_b || kind(edges.body_b) == BodyKind::instrument;
-        LinearContact linear;
+        ContactForceLaw linear;
         linear.k = k;
         linear.mu = corrected() ? state_.laws.mu(edges.body_a, edges.body_b, k) : 0.0;  // printed: no damper
         linear.gap = -edges.depth;
@@ -271,15 +271,15 @@ private:
         linear.face_velocity = other_velocity.dot(linear.normal);
         if (push_b) react(frame, edges.body_a, edges.a.blend(frame.position), linear);
         if (tissue_b) {
-            state_.finish(frame, linear, effect);
+            state_.finish(frame, linear, output);
         } else {
-            finish_rigid(frame, kind(edges.body_b) == BodyKind::rigid ? edges.body_a : -1, edges.place, linear, effect);
+            finish_rigid(frame, kind(edges.body_b) == BodyKind::rigid ? edges.body_a : -1, edges.place, linear, output);
         }
     }
 
     /// Eq. 3.7-3.8 and 3.10-3.11: tissue vertex A2 in the face of an instrument or a bone. The contact position is
     /// where A2's path of the last tick meets the face; without one the position stays and only the velocity rule acts.
-    void project(const Frame& frame, const VertexInFace& v, Effect& effect) {
+    void project(const Frame& frame, const VertexInFace& v, ResponseOutput& output) {
         TissueEdit& vertex = state_.edit(frame, v.vertex);
         equations::PathHit hit;
         if (v.triangle >= 0) {
@@ -291,7 +291,7 @@ private:
         if (hit.found) {
             vertex.position = hit.point;
         } else {
-            ++effect.no_hit;
+            ++output.no_hit;
         }
         const bool instrument = kind(v.face_body) == BodyKind::instrument;
         const Vector3 before = vertex.velocity;
@@ -322,7 +322,7 @@ private:
     /// per held vertex, at its final place, from the last pair that held it; only what presses on the face. Corrected:
     /// the momentum of the velocity edits over the tick. The position edits carry none: counting both would count a
     /// resting contact twice.
-    void add_reactions(const Frame& frame, Effect& effect) {
+    void add_reactions(const Frame& frame, ResponseOutput& output) {
         for (const TissueEdit& vertex : state_.edits()) {
             if (vertex.instrument < 0) continue;
             Vector3 force;
@@ -333,14 +333,14 @@ private:
             } else {
                 force = equations::pressing_part(state_.internal_force_on(frame, vertex), vertex.normal);
             }
-            Wrench& wrench = effect.wrench[at(vertex.instrument)];
+            Wrench& wrench = output.wrench[at(vertex.instrument)];
             wrench.force += force;
             wrench.moment += vertex.point.cross(force);
         }
     }
 
     // ------------------------------------------------------------ grasping
-    void hold_grasped(const Frame& frame, const ContactSet& contacts, Effect& effect) {
+    void hold_grasped(const Frame& frame, const ContactSet& contacts, ResponseOutput& output) {
         state_.grasp.update(*topology_, *materials_, frame, contacts);
         if (!corrected()) {
             for (const GraspedVertex& held : state_.grasp.held()) {
@@ -352,9 +352,9 @@ private:
                 vertex.point = vertex.position;
             }
         } else {
-            state_.grasp.hold_by_springs(*materials_, state_.springs, frame, state_.dt, effect);
+            state_.grasp.hold_by_springs(*materials_, state_.springs, frame, state_.dt, output);
         }
-        effect.grasped = static_cast<std::int64_t>(state_.grasp.held().size());
+        output.grasped = static_cast<std::int64_t>(state_.grasp.held().size());
     }
 
     ThesisState state_;
@@ -375,15 +375,15 @@ ResponseEntry thesis_response() {
     entry.name = "thesis";
     entry.version = "2005";
     entry.own = true;
-    entry.sources = {"tracked", "near", "canonical"};
+    entry.contact_generators = {"tracked_proximity", "proximity", "intersection"};
     // The printed equations go by the overlap case of two triangles, its vertex or edge and its interval.
-    entry.why_unreadable = [](const ParameterValues& values, std::string_view source) -> std::string {
-        if (source == "canonical") return {};
+    entry.why_unreadable = [](const ParameterValues& values, std::string_view generator) -> std::string {
+        if (generator == "intersection") return {};
         if (values.is("profile", "corrected")) return {};
         return fmt::format(
-            "the printed equations of thesis need pairs of triangles, contacts 'canonical'; from '{}' works "
+            "the printed equations of thesis need pairs of triangles, contacts 'intersection'; from '{}' works "
             "profile=corrected",
-            source);
+            generator);
     };
     entry.parameters = thesis_parameters();
     entry.left = thesis_left_settings();

@@ -1,6 +1,6 @@
 // What the equations of the thesis need of a contact: a vertex in a face, or two edges that have crossed. Read from a
-// pair of triangles and its overlap case (source `canonical`), or from two features (`near`, `tracked`), which are told
-// once each, by their closest points and with a normal of their own.
+// pair of triangles and its overlap case (source `intersection`), or from two features (`proximity`,
+// `tracked_proximity`), which are reported once each, by their closest points and with a normal of their own.
 #pragma once
 
 #include <vector>
@@ -16,7 +16,7 @@ struct VertexInFace {
     Index vertex = -1;
     Index vertex_body = -1;
     Index face_body = -1;
-    Index triangle = -1;               ///< the pierced face; -1 where the source tells a point of the surface alone
+    Index triangle = -1;               ///< the pierced face; -1 where the source reports a point of the surface alone
     ContactPoint face;                 ///< its loaded point
     Vector3 normal = Vector3::Zero();  ///< unit, outer, of the face
     Index nearest = -1;                ///< the face's vertex that the printed equations use

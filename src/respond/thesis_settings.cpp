@@ -21,7 +21,7 @@ std::vector<Parameter> thesis_parameters() {
         {.name = "contacts",
          .type = Parameter::Type::choice,
          .default_value = "implicit",
-         .choices = {"implicit", "explicit", "hold"},
+         .choices = {"implicit", "explicit", "zero_order_hold"},
          .meaning = "contact forces in the tissue's sub-steps: implicit, explicit, or held over the tick"}};
     const std::vector<Parameter> law = law_parameters(
         "1000 between instruments and rigid bodies; on tissue the mean of the springs, corrected 3e6 N/m3 times the "
@@ -56,9 +56,9 @@ ThesisSettings read_thesis_settings(const ParameterValues& values) {
     s.n_back = values.number("n_back");
     s.l_max = values.number("l_max");
     s.law = read_law_settings(values);
-    s.contact_timing = values.is("contacts", "hold")       ? ContactTiming::at_tick_start
-                       : values.is("contacts", "explicit") ? ContactTiming::at_substep_start
-                                                           : ContactTiming::implicit;
+    s.contact_timing = values.is("contacts", "zero_order_hold") ? ContactTiming::at_tick_start
+                       : values.is("contacts", "explicit")      ? ContactTiming::at_substep_start
+                                                                : ContactTiming::implicit;
     return s;
 }
 

@@ -1,11 +1,11 @@
-// What the response `thesis` is told: one of three profiles, and what the thesis is silent on. `printed` is the thesis
-// to the letter, `faithful` puts the damper sign of 3.6 right, `corrected` all equations (METHODS §13).
+// What the response `thesis` is reported: one of three profiles, and what the thesis is silent on. `printed` is the
+// thesis to the letter, `faithful` puts the damper sign of 3.6 right, `corrected` all equations (METHODS §13).
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "method/entry.hpp"
 #include "respond/contact_laws.hpp"
 

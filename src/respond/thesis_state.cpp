@@ -75,11 +75,11 @@ double ThesisState::stiffness(Index body_a, Index body_b, double on_tissue, Inde
     return settings.corrected() ? kappa * surface.area(vertex) : on_tissue;
 }
 
-void ThesisState::finish(const Frame& frame, LinearContact linear, Effect& effect) const {
+void ThesisState::finish(const Frame& frame, ContactForceLaw linear, ResponseOutput& output) const {
     linear.adhesive = !settings.corrected();
     if (settings.corrected() && linear.k * -linear.gap > f_max) linear.gap = -f_max / linear.k;
-    tell_at_start(*topology, frame, dt, linear);
-    effect.contacts.push_back(linear);
+    report_at_start(*topology, frame, dt, linear);
+    output.contacts.push_back(linear);
 }
 
 }  // namespace trocar

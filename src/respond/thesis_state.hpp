@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "respond/common.hpp"
 #include "respond/contact_laws.hpp"
 #include "respond/grasp.hpp"
@@ -71,7 +71,7 @@ public:
     /// springs that the equation names; `vertex` the one whose area counts.
     [[nodiscard]] double stiffness(Index body_a, Index body_b, double on_tissue, Index vertex) const;
     /// Appends a penalty contact whose gap the equation gives at the frame: clamped, or as it is.
-    void finish(const Frame& frame, LinearContact linear, Effect& effect) const;
+    void finish(const Frame& frame, ContactForceLaw linear, ResponseOutput& output) const;
 
 private:
     std::vector<Index> slot_;  ///< N; position in edits_, -1 for none

@@ -13,7 +13,7 @@ namespace {
 
 /// The ball may sink in by this part of its radius while it moves; it is pushed out again before the next move. With
 /// the play, a ball that slides over a shared edge of two faces does not catch on the edge.
-constexpr double skin = 2e-4;
+constexpr double contact_offset = 2e-4;
 constexpr std::size_t most_planes = 16;
 
 Box box_of(const Topology& topology, const Matrix3X& position, Index triangle) {
@@ -69,10 +69,10 @@ void GodObject::place(const Topology& topology, const Matrix3X& position, std::s
 }
 
 void GodObject::collect_candidates(const Topology& topology, const Matrix3X& position, std::span<const Index> near,
-                                   const Vector3& centre, double reach) {
+                                   const Vector3& centre, double query_distance) {
     Box box;
-    box.add(centre - Vector3::Constant(reach));
-    box.add(centre + Vector3::Constant(reach));
+    box.add(centre - Vector3::Constant(query_distance));
+    box.add(centre + Vector3::Constant(query_distance));
     candidates_.clear();
     for (const Index t : near) {
         if (box_of(topology, position, t).overlaps(box)) candidates_.push_back(t);
@@ -109,13 +109,13 @@ void GodObject::collect_planes(const Topology& topology, const Matrix3X& positio
 /// The point nearest to `wanted` that all planes allow. At most three planes hold it: the sets of up to three are tried
 /// until one gives a point that all others allow and that it holds by pressing only.
 Vector3 GodObject::constrained_goal(const Vector3& wanted, int& active) const {
-    const Vector3 way = wanted - proxy_;
+    const Vector3 travel = wanted - proxy_;
     const double tolerance = 1e-9 * radius_;
     const auto allowed = [&](const Vector3& step) {
         return std::all_of(planes_.begin(), planes_.end(),
                            [&](const Plane& p) { return p.normal.dot(step) >= p.least - tolerance; });
     };
-    if (allowed(way)) {
+    if (allowed(travel)) {
         active = 0;
         return wanted;
     }
@@ -128,7 +128,7 @@ Vector3 GodObject::constrained_goal(const Vector3& wanted, int& active) const {
         for (int i = 0; i < size; ++i) {
             const Plane& plane = planes_[at(chosen[at(i)])];
             normals.col(i) = plane.normal;
-            missing[i] = plane.least - plane.normal.dot(way);
+            missing[i] = plane.least - plane.normal.dot(travel);
         }
         // Unused rows and columns are those of the unit matrix.
         Matrix3 gram = normals.transpose() * normals;
@@ -136,9 +136,9 @@ Vector3 GodObject::constrained_goal(const Vector3& wanted, int& active) const {
         if (gram.determinant() < 1e-12) return;
         const Vector3 pressure = gram.inverse() * missing;
         if (pressure.head(size).minCoeff() < 0.0) return;
-        const Vector3 step = way + normals * pressure;
+        const Vector3 step = travel + normals * pressure;
         if (!allowed(step)) return;
-        if (found && (step - way).squaredNorm() >= (best - way).squaredNorm()) return;
+        if (found && (step - travel).squaredNorm() >= (best - travel).squaredNorm()) return;
         best = step;
         found = true;
         active = size;
@@ -157,20 +157,20 @@ Vector3 GodObject::constrained_goal(const Vector3& wanted, int& active) const {
 }
 
 bool GodObject::move_to(const Topology& topology, const Matrix3X& position, const Vector3& goal) {
-    const Vector3 way = goal - proxy_;
-    const double limit = radius_ * (1.0 - skin);
+    const Vector3 travel = goal - proxy_;
+    const double limit = radius_ * (1.0 - contact_offset);
     double share = 1.0;
     for (const Index t : candidates_) {
         // The triangle lies behind the plane through its nearest point: the ball may go on until it meets that plane,
         // and looks again from there (conservative advancement).
         double s = 0.0;
-        constexpr int most_looks = 64;
-        int look = 0;
-        for (; look < most_looks && s < share; ++look) {
-            const Vector3 here = proxy_ + s * way;
+        constexpr int most_searches = 64;
+        int search = 0;
+        for (; search < most_searches && s < share; ++search) {
+            const Vector3 here = proxy_ + s * travel;
             const Nearest foot = nearest(topology, position, t, here);
             if (!(foot.distance > 0.0)) break;
-            const double closing = -way.dot(here - foot.point) / foot.distance;
+            const double closing = -travel.dot(here - foot.point) / foot.distance;
             if (!(closing > 0.0)) {
                 s = 1.0;
                 break;
@@ -181,7 +181,7 @@ bool GodObject::move_to(const Topology& topology, const Matrix3X& position, cons
         share = std::min(share, s);
     }
     if (!(share > 0.0)) return false;
-    const Vector3 end = share < 1.0 ? Vector3(proxy_ + share * way) : goal;
+    const Vector3 end = share < 1.0 ? Vector3(proxy_ + share * travel) : goal;
     Box path;
     path.add(proxy_);
     path.add(end);
@@ -200,9 +200,9 @@ const Vector3& GodObject::follow(const Topology& topology, const Matrix3X& posit
                                  const Vector3& device) {
     if (!placed_) place(topology, position, near, device);
     active_ = 0;
-    const double reach = (device - proxy_).norm();
+    const double query_distance = (device - proxy_).norm();
     // The proxy never goes further from the device than it is.
-    collect_candidates(topology, position, near, device, reach + 3.0 * radius_);
+    collect_candidates(topology, position, near, device, query_distance + 3.0 * radius_);
     if (candidates_.empty()) {
         proxy_ = device;
         return proxy_;
@@ -215,7 +215,7 @@ const Vector3& GodObject::follow(const Topology& topology, const Matrix3X& posit
             move_to(topology, position, constrained_goal(proxy_, pushing));
         }
         // Also planes that the push has lifted the ball off: else it would creep along a groove from one to the other.
-        collect_planes(topology, position, radius_ * (1.0 + 4.0 * skin));
+        collect_planes(topology, position, radius_ * (1.0 + 4.0 * contact_offset));
         const Vector3 goal = constrained_goal(device, active_);
         if ((goal - proxy_).norm() <= 1e-9 * radius_ || !move_to(topology, position, goal)) break;
         if (proxy_ == device) break;
@@ -226,10 +226,10 @@ const Vector3& GodObject::follow(const Topology& topology, const Matrix3X& posit
 void TipProxies::prepare(const Topology& topology, const Materials& materials, double radius) {
     tips_.clear();
     radius_ = radius;
-    led_ = false;
+    driven_ = false;
     surface_.prepare(topology);
     reached_.assign(at(topology.triangle_count()), 0);
-    look_ = 0;
+    search_ = 0;
     around_.clear();
     for (Index body = 0; body < topology.body_count(); ++body) {
         const BodyRange& range = topology.bodies[at(body)];
@@ -253,9 +253,9 @@ void TipProxies::prepare(const Topology& topology, const Materials& materials, d
 }
 
 void TipProxies::respond(const Topology& topology, const Materials& materials, const ContactLaws& laws,
-                         const Frame& frame, const ContactSet& contacts, Effect& effect) {
-    led_ = frame.pose.size() == topology.bodies.size();
-    if (!led_) return;
+                         const Frame& frame, const ContactSet& contacts, ResponseOutput& output) {
+    driven_ = frame.pose.size() == topology.bodies.size();
+    if (!driven_) return;
     for (Tip& tip : tips_) {
         const Pose& pose = frame.pose[at(tip.body)];
         const Range vertices = topology.bodies[at(tip.body)].vertices;
@@ -277,7 +277,7 @@ void TipProxies::respond(const Topology& topology, const Materials& materials, c
         const Vector3 back = tip.object.follow(topology, frame.position, around_, device) - device;
         const double depth = back.norm();
         if (depth <= 1e-9 * radius_) continue;
-        LinearContact contact;
+        ContactForceLaw contact;
         contact.vertices = {tip.vertex, -1, -1};
         contact.weights = {1.0, 0.0, 0.0};
         contact.normal = back / depth;
@@ -285,23 +285,23 @@ void TipProxies::respond(const Topology& topology, const Materials& materials, c
         contact.k = laws.k(tip.body, tip.rigid);
         if (std::isnan(contact.k)) contact.k = rigid_stiffness;
         contact.mu = laws.mu(tip.body, tip.rigid, contact.k);
-        effect.contacts.push_back(contact);
+        output.contacts.push_back(contact);
     }
 }
 
-/// From the bones' triangles that the detector tells of, along the surface to all that lie between those and the tip.
+/// From the bones' triangles that the detector reports, along the surface to all that lie between those and the tip.
 void TipProxies::collect_around(const Topology& topology, const Frame& frame, const ContactSet& contacts,
                                 const Tip& tip, const Vector3& device) {
     around_.clear();
-    ++look_;
+    ++search_;
     const std::string& instrument = topology.bodies[at(tip.body)].instrument;
-    const double reach = (device - tip.object.proxy()).norm() + 3.0 * radius_;
+    const double query_distance = (device - tip.object.proxy()).norm() + 3.0 * radius_;
     Box between;
-    between.add(device - Vector3::Constant(reach));
-    between.add(device + Vector3::Constant(reach));
+    between.add(device - Vector3::Constant(query_distance));
+    between.add(device + Vector3::Constant(query_distance));
     const auto add = [&](Index t) {
-        if (reached_[at(t)] == look_) return;
-        reached_[at(t)] = look_;
+        if (reached_[at(t)] == search_) return;
+        reached_[at(t)] = search_;
         around_.push_back(t);
     };
     for (const std::vector<TrianglePair>* pairs : {&contacts.pairs, &contacts.near}) {
@@ -310,7 +310,7 @@ void TipProxies::collect_around(const Topology& topology, const Frame& frame, co
             if (topology.bodies[at(topology.body_of_triangle[at(pair.b)])].kind != BodyKind::rigid) continue;
             const bool same =
                 body == tip.body || (!instrument.empty() && topology.bodies[at(body)].instrument == instrument);
-            if (!same || reached_[at(pair.b)] == look_) continue;
+            if (!same || reached_[at(pair.b)] == search_) continue;
             add(pair.b);
             const Box box = box_of(topology, frame.position, pair.b);
             between.add(box.min);
@@ -321,7 +321,7 @@ void TipProxies::collect_around(const Topology& topology, const Frame& frame, co
     for (std::size_t i = 0; i < around_.size(); ++i) {  // NOLINT(modernize-loop-convert)
         for (int corner = 0; corner < 3; ++corner) {
             for (const Index t : surface_.triangles_at(topology.triangles(corner, around_[i]))) {
-                if (reached_[at(t)] != look_ && box_of(topology, frame.position, t).overlaps(between)) add(t);
+                if (reached_[at(t)] != search_ && box_of(topology, frame.position, t).overlaps(between)) add(t);
             }
         }
     }
@@ -329,7 +329,7 @@ void TipProxies::collect_around(const Topology& topology, const Frame& frame, co
 
 double TipProxies::share_left(Index instrument, const Vector3& place) const {
     double share = 1.0;
-    if (!led_) return share;
+    if (!driven_) return share;
     for (const Tip& tip : tips_) {
         if (tip.body != instrument) continue;
         const double outside = std::clamp((place - tip.place).norm() / (2.0 * radius_) - 1.0, 0.0, 1.0);
@@ -339,7 +339,7 @@ double TipProxies::share_left(Index instrument, const Vector3& place) const {
 }
 
 bool TipProxies::takes(const Topology& topology, const Frame& frame, const Contact& contact) const {
-    if (!led_ || contact.body_a < 0 || contact.body_b < 0) return false;
+    if (!driven_ || contact.body_a < 0 || contact.body_b < 0) return false;
     if (topology.bodies[at(contact.body_b)].kind != BodyKind::rigid) return false;
     Vector3 place = contact.point;
     if (contact.kind == ContactCase::point_face || contact.kind == ContactCase::edge_edge) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "contact/contact_set.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "respond/common.hpp"
 #include "respond/contact_laws.hpp"
 #include "respond/surface.hpp"
@@ -29,8 +29,8 @@ public:
     void place(const Topology& topology, const Matrix3X& position, std::span<const Index> triangles,
                const Vector3& device);
     /// Moves the proxy towards the device point (m, world) to the nearest place that at most three contact planes
-    /// allow, seen from where it was; returns its centre. The first call places it. `near`: the triangles around; where
-    /// there are none the proxy is the device.
+    /// allow, seen from where it was; returns its centre. The first call places it. `proximity`: the triangles around;
+    /// where there are none the proxy is the device.
     const Vector3& follow(const Topology& topology, const Matrix3X& position, std::span<const Index> near,
                           const Vector3& device);
     [[nodiscard]] const Vector3& proxy() const { return proxy_; }
@@ -52,7 +52,7 @@ private:
     };
 
     void collect_candidates(const Topology& topology, const Matrix3X& position, std::span<const Index> near,
-                            const Vector3& centre, double reach);
+                            const Vector3& centre, double query_distance);
     [[nodiscard]] static Nearest nearest(const Topology& topology, const Matrix3X& position, Index triangle,
                                          const Vector3& point);
     void collect_planes(const Topology& topology, const Matrix3X& position, double within);
@@ -78,11 +78,11 @@ public:
 
     void prepare(const Topology& topology, const Materials& materials, double radius);
     [[nodiscard]] bool empty() const { return tips_.empty(); }
-    /// Moves the proxies and adds to the effect one contact per tip that is held back: F = K |x_p - x_d| - B v along
+    /// Moves the proxies and adds to the output one contact per tip that is held back: F = K |x_p - x_d| - B v along
     /// x_p - x_d on the vertex nearest to the tip, not below 0. K and B are the pair's k (default rigid_stiffness) and
     /// mu; v is the tip's speed along that direction. Nothing for frames without poses.
     void respond(const Topology& topology, const Materials& materials, const ContactLaws& laws, const Frame& frame,
-                 const ContactSet& contacts, Effect& effect);
+                 const ContactSet& contacts, ResponseOutput& output);
     /// How much of a contact of an instrument with a rigid body is not the proxy's, in [0, 1]: nothing within two radii
     /// of a tip that is led by a proxy in this tick, all of it from four radii on, smooth between, so that a contact
     /// that slides away from the tip is handed over without a jump. `place` is where the instrument is in contact, m.
@@ -106,10 +106,10 @@ private:
     std::vector<Tip> tips_;
     SurfaceNeighbours surface_;
     std::vector<std::uint32_t> reached_;  ///< per triangle: the look around that came to it last
-    std::uint32_t look_ = 0;
+    std::uint32_t search_ = 0;
     std::vector<Index> around_;
     double radius_ = default_radius;
-    bool led_ = false;  ///< poses were known in this tick
+    bool driven_ = false;  ///< poses were known in this tick
 };
 
 }  // namespace trocar

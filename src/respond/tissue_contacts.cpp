@@ -37,7 +37,7 @@ void exchange(ThesisState& state, const Frame& frame, const Contact& contact) {
 }
 
 void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const ContactPoint& pushed,
-            const ContactPoint& other, double depth, double k, Effect& effect) {
+            const ContactPoint& other, double depth, double k, ResponseOutput& output) {
     const std::vector<double>& mass = state.materials->mass;
     double speed = 0.0;
     double mobility = 0.0;
@@ -58,7 +58,7 @@ void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const
         visit(pushed, 1.0, push);
         visit(other, -1.0, push);
     }
-    LinearContact linear;
+    ContactForceLaw linear;
     linear.vertices = pushed.vertices;
     linear.weights = pushed.weights;
     linear.reaction_vertices = other.vertices;
@@ -66,7 +66,7 @@ void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const
     linear.normal = normal;
     linear.gap = -depth;
     linear.k = k;
-    state.finish(frame, linear, effect);
+    state.finish(frame, linear, output);
 }
 
 }  // namespace trocar

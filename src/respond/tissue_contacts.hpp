@@ -3,7 +3,7 @@
 #pragma once
 
 #include "contact/contact.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "respond/thesis_state.hpp"
 
 namespace trocar {
@@ -14,6 +14,6 @@ void exchange(ThesisState& state, const Frame& frame, const Contact& contact);
 /// Corrected: impulse along the contact normal when closing, and a penalty of stiffness `k` (N/m) on what overlaps by
 /// `depth` (m). `pushed` moves along `normal`, `other` against it.
 void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const ContactPoint& pushed,
-            const ContactPoint& other, double depth, double k, Effect& effect);
+            const ContactPoint& other, double depth, double k, ResponseOutput& output);
 
 }  // namespace trocar

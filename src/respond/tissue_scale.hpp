@@ -1,6 +1,6 @@
 // How large a tissue body is and how fast it moves by itself: what the stiffnesses and speeds of the contact handling
-// are told in, so that the same scene in another size or of another material is handled alike. No bound is a length of
-// its own; what a user asks of the result (0.1 mm counts as clear) is.
+// are reported in, so that the same scene in another size or of another material is handled alike. No bound is a length
+// of its own; what a user asks of the result (0.1 mm counts as clear) is.
 #pragma once
 
 #include <vector>

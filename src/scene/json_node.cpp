@@ -51,7 +51,7 @@ std::string place_of(std::string_view text, std::size_t offset) {
 }
 
 /// The JSON pointer of the value that a parser is about to read, and the keys of the objects that are open, from the
-/// events that it has told.
+/// events that it has reported.
 class Whereabouts {
 public:
     void opens() { open_.emplace_back(); }
@@ -84,7 +84,7 @@ private:
     std::vector<Level> open_;
 };
 
-/// Looks at a text before anything is made of it. (The parser's own callback looks through a whole list at the end of
+/// Examines a text before anything is made of it. (The parser's own callback looks through a whole list at the end of
 /// each of its items.)
 template <typename AnyJson>
 class Watch : public AnyJson::json_sax_t {
@@ -120,7 +120,7 @@ public:
     }
     bool parse_error(std::size_t /*byte*/, const std::string& /*token*/,
                      const nlohmann::detail::exception& /*error*/) override {
-        return false;  // the parser's to tell
+        return false;  // the parser's to report
     }
 
 private:

@@ -33,7 +33,7 @@ public:
     [[noreturn]] void fail(std::string_view expected) const;
     [[noreturn]] void fail(std::string_view expected, std::string_view found) const;
 
-    /// The JSON pointer, for what is told without complaint.
+    /// The JSON pointer, for what is reported without complaint.
     [[nodiscard]] const std::string& place() const { return pointer_; }
 
     /// Throws unless this is an object that holds only keys of `known`.

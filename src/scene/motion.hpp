@@ -17,18 +17,18 @@ struct MotionKey {
 
 enum class Drive : std::uint8_t { prescribed, simulated_operator };
 
-/// Simulated operator (METHODS §11): mass, damping and a hand spring towards the target, pushed back by contact.
+/// Simulated operator (METHODS §11): mass, damping and a virtual coupling towards the target, pushed back by contact.
 struct OperatorModel {
-    double mass = 0.1;              ///< kg
-    double damping = 1.0;           ///< N s/m
-    double hand_stiffness = 300.0;  ///< N/m
-    double hand_damping = 3.0;      ///< N s/m
+    double mass = 0.1;                  ///< kg
+    double damping = 1.0;               ///< N s/m
+    double coupling_stiffness = 300.0;  ///< N/m
+    double coupling_damping = 3.0;      ///< N s/m
 };
 
 struct Motion {
     Drive drive = Drive::prescribed;
     std::vector<MotionKey> keys;  ///< ascending time, at least one
-    OperatorModel hand;
+    OperatorModel coupling;
 
     /// Pure. Linear in position and jaw, shortest arc in rotation, held before the first and after the last key.
     [[nodiscard]] Pose pose_at(double time) const;

@@ -62,13 +62,13 @@ public:
         }
         for (const auto& [what, vector] : {std::pair("point", contact.point), std::pair("normal", contact.normal)}) {
             if (vector.allFinite() || vector.array().isNaN().all()) continue;
-            fail(fmt::format("a {} of three finite numbers, or of three NaN where it is not told", what),
+            fail(fmt::format("a {} of three finite numbers, or of three NaN where it is not reported", what),
                  fmt::format("({}, {}, {})", vector.x(), vector.y(), vector.z()));
         }
         if (contact.normal.allFinite() && !is_unit(contact.normal)) {
             fail(unit_normal, fmt::format("{:.9g}", contact.normal.norm()));
         }
-        if (std::isinf(contact.depth)) fail("a finite depth, or NaN where it is not told", "infinity");
+        if (std::isinf(contact.depth)) fail("a finite depth, or NaN where it is not reported", "infinity");
     }
 
 private:
@@ -113,7 +113,7 @@ private:
         return true;
     }
 
-    /// A line is a document of one line, so that of a place in it only the column tells something.
+    /// A line is a document of one line, so that of a place in it only the column reports something.
     [[nodiscard]] Json parsed_line() const {
         try {
             return parse_json(line_, place_);

@@ -13,15 +13,15 @@
 
 namespace trocar {
 
-/// Two triangles that somebody's own simulation says are in contact, and as much geometry as it tells. A pair of
+/// Two triangles that somebody's own simulation says are in contact, and as much geometry as it reports. A pair of
 /// triangles may have several contacts in a tick.
 struct RecordedContact {
-    static constexpr double untold = std::numeric_limits<double>::quiet_NaN();
+    static constexpr double unreported = std::numeric_limits<double>::quiet_NaN();
     Index a = -1;  ///< triangle number of the topology; its body and that of b are tested against each other
     Index b = -1;
-    Vector3 point = Vector3::Constant(untold);   ///< m, world; all three numbers, or none
-    Vector3 normal = Vector3::Constant(untold);  ///< unit (to 1e-6), from the body of a to the body of b; likewise
-    double depth = untold;                       ///< m, positive: inside by so much; negative: apart by so much
+    Vector3 point = Vector3::Constant(unreported);   ///< m, world; all three numbers, or none
+    Vector3 normal = Vector3::Constant(unreported);  ///< unit (to 1e-6), from the body of a to the body of b; likewise
+    double depth = unreported;                       ///< m, positive: inside by so much; negative: apart by so much
 };
 
 /// All contacts of one frame; an empty list says that there were none.
@@ -31,7 +31,7 @@ struct RecordedTick {
 };
 
 /// One line of the text, with its end. Throws InputError, naming `file`, on a triangle that there is not, on two bodies
-/// that are not tested against each other, on a number that is not finite or a vector told in part, and on a normal
+/// that are not tested against each other, on a number that is not finite or a vector reported in part, and on a normal
 /// that is no unit.
 std::string recorded_tick_line(const Topology& topology, const RecordedTick& tick, const std::string& file);
 

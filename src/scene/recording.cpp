@@ -297,7 +297,7 @@ struct RecordingWriter::State {
     std::size_t header_bytes = 0;
     Topology topology;
     std::int64_t frames = 0;
-    std::filesystem::path contacts_beside;  ///< empty: none were told
+    std::filesystem::path contacts_beside;  ///< empty: none were reported
     std::ofstream contacts;
     std::int64_t contact_ticks = 0;
 

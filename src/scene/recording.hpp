@@ -34,9 +34,9 @@ public:
     void read(std::int64_t tick, Frame& frame);
     /// Whether the file carries contacts beside its frames (trocar-recording-2).
     [[nodiscard]] bool has_contacts() const { return contacts_offset_ > 0; }
-    /// What the file tells of contacts, ascending by tick, triangles by their numbers in the topology; a frame that is
-    /// not among them is one that nothing is told of. Empty without contacts. Throws InputError, naming the line, on
-    /// contacts that are malformed: the constructor does not look at them.
+    /// What the file reports contacts, ascending by tick, triangles by their numbers in the topology; a frame that is
+    /// not among them is one that nothing is reported. Empty without contacts. Throws InputError, naming the line, on
+    /// contacts that are malformed: the constructor does not examine them.
     [[nodiscard]] std::vector<RecordedTick> contacts();
     /// 64-bit FNV-1a over the file's bytes, contacts left out.
     [[nodiscard]] std::uint64_t hash() const { return hash_; }
@@ -80,13 +80,13 @@ public:
     void add(const Frame& frame, const Contacts& contacts) {
         std::vector<RecordedContact> list;
         for (const auto& contact : contacts) {
-            RecordedContact& told = list.emplace_back();
-            told.a = contact.a;
-            told.b = contact.b;
+            RecordedContact& reported = list.emplace_back();
+            reported.a = contact.a;
+            reported.b = contact.b;
             if constexpr (requires { contact.point, contact.normal, contact.depth; }) {
-                told.point = contact.point;
-                told.normal = contact.normal;
-                told.depth = contact.depth;
+                reported.point = contact.point;
+                reported.normal = contact.normal;
+                reported.depth = contact.depth;
             }
         }
         add(frame, std::move(list));

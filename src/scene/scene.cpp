@@ -28,7 +28,7 @@
 namespace trocar {
 namespace {
 
-constexpr const char* scene_format = "trocar-scene-1";
+constexpr const char* scene_format = "trocar-scene-2";
 constexpr std::string_view data_prefix = "data:";
 constexpr std::int64_t most_ticks = 1'000'000'000;
 
@@ -183,8 +183,8 @@ bool is_watertight(const Triangles& triangles) {
     std::sort(sides.begin(), sides.end());
     if (sides.size() % 2 != 0) return false;
     for (std::size_t i = 0; i < sides.size(); i += 2) {
-        const auto& [low, high, way] = sides[i];
-        if (way != 0 || sides[i + 1] != std::array<Index, 3>{low, high, 1}) return false;
+        const auto& [low, high, path] = sides[i];
+        if (path != 0 || sides[i + 1] != std::array<Index, 3>{low, high, 1}) return false;
         if (i > 0 && low == sides[i - 1][0] && high == sides[i - 1][1]) return false;
     }
     return true;
@@ -321,13 +321,13 @@ Motion read_motion(const JsonNode& node, const Places& places) {
     node.expect_keys({"drive", "keys", "operator"});
     Motion motion;
     if (node.at("drive").word(drive_words) == "operator") motion.drive = Drive::simulated_operator;
-    if (const auto hand = node.find("operator")) {
-        if (motion.drive != Drive::simulated_operator) hand->fail("no operator beside a prescribed drive", "one");
+    if (const auto coupling = node.find("operator")) {
+        if (motion.drive != Drive::simulated_operator) coupling->fail("no operator beside a prescribed drive", "one");
         std::vector<std::string> keys;
         keys.reserve(operator_numbers.size());
         for (const auto& entry : operator_numbers) keys.emplace_back(entry.key);
-        hand->expect_keys(keys);
-        read_numbers(*hand, operator_numbers, places.metres, motion.hand);
+        coupling->expect_keys(keys);
+        read_numbers(*coupling, operator_numbers, places.metres, motion.coupling);
     }
     double jaw = 1.0;
     for (const JsonNode& item : node.at("keys").list()) {
@@ -677,8 +677,10 @@ std::uint64_t hash_of(const Scene& scene) {
         hash.add(static_cast<Index>(body.motion.has_value()));
         if (!body.motion) continue;
         hash.add(static_cast<Index>(body.motion->drive));
-        const OperatorModel& hand = body.motion->hand;
-        for (const double number : {hand.mass, hand.damping, hand.hand_stiffness, hand.hand_damping}) hash.add(number);
+        const OperatorModel& coupling = body.motion->coupling;
+        for (const double number :
+             {coupling.mass, coupling.damping, coupling.coupling_stiffness, coupling.coupling_damping})
+            hash.add(number);
         for (const MotionKey& key : body.motion->keys) {
             hash.add(key.time);
             hash.add(key.translation);
@@ -691,7 +693,7 @@ std::uint64_t hash_of(const Scene& scene) {
 
 std::optional<Device> device_of(const std::optional<Motion>& motion) {
     if (!motion || motion->drive != Drive::simulated_operator) return std::nullopt;
-    return Device{.mass = motion->hand.mass, .damping = motion->hand.damping};
+    return Device{.mass = motion->coupling.mass, .damping = motion->coupling.damping};
 }
 
 }  // namespace

@@ -151,20 +151,21 @@ Document body() {
                              {"maximum", 1},
                              {"description", "0 closed, 1 open; default: that of the key before, 1 at first"}}}},
                           {"time", "pose"});
-    Document motion = object({{"drive",
-                               {{"enum", drive_words},
-                                {"description",
-                                 "prescribed follows the keys exactly; operator is a mass, damping and hand spring "
-                                 "towards them, pushed back by contact"}}},
-                              {"keys",
-                               {{"type", "array"},
-                                {"minItems", 1},
-                                {"items", key},
-                                {"description",
-                                 "linear in position, shortest arc in rotation, held before the first and after the "
-                                 "last"}}},
-                              {"operator", object(numbers_of(operator_numbers), {})}},
-                             {"drive", "keys"});
+    Document motion =
+        object({{"drive",
+                 {{"enum", drive_words},
+                  {"description",
+                   "prescribed follows the keys exactly; operator is a mass, damping and virtual coupling "
+                   "towards them, pushed back by contact"}}},
+                {"keys",
+                 {{"type", "array"},
+                  {"minItems", 1},
+                  {"items", key},
+                  {"description",
+                   "linear in position, shortest arc in rotation, held before the first and after the "
+                   "last"}}},
+                {"operator", object(numbers_of(operator_numbers), {})}},
+               {"drive", "keys"});
     motion["description"] = "instruments only";
     return object(
         {{"name", text("one of its own")},
@@ -196,12 +197,12 @@ Document body() {
 
 std::string scene_schema() {
     Document schema{{"$schema", "https://json-schema.org/draft/2020-12/schema"},
-                    {"title", "trocar scene, format trocar-scene-1"},
+                    {"title", "trocar scene, format trocar-scene-2"},
                     {"description",
                      "Bodies, how they move and what they are made of. Lengths in `unit`, all else SI. Each point goes "
                      "through its part's scale and pose, then its body's pose. A scene builds only what it names."}};
     schema.update(object(
-        {{"format", {{"const", "trocar-scene-1"}}},
+        {{"format", {{"const", "trocar-scene-2"}}},
          {"name", text("of the scene")},
          {"description", text("what it shows, for readers")},
          {"unit", {{"enum", unit_words}, {"default", "m"}, {"description", "of every length in the file"}}},

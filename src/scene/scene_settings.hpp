@@ -53,9 +53,9 @@ inline constexpr int most_substeps = 1000;
 inline constexpr std::array<NumberSetting<OperatorModel>, 4> operator_numbers{{
     {"mass", &OperatorModel::mass, "kg", ValueBound::positive, "mass of hand and instrument"},
     {"damping", &OperatorModel::damping, "N s/m", ValueBound::non_negative, "damping of the device"},
-    {"hand_stiffness", &OperatorModel::hand_stiffness, "N/m", ValueBound::non_negative,
+    {"coupling_stiffness", &OperatorModel::coupling_stiffness, "N/m", ValueBound::non_negative,
      "spring of the hand to the script"},
-    {"hand_damping", &OperatorModel::hand_damping, "N s/m", ValueBound::non_negative, "damping of the hand"},
+    {"coupling_damping", &OperatorModel::coupling_damping, "N s/m", ValueBound::non_negative, "damping of the hand"},
 }};
 
 inline const std::vector<std::string> body_kind_words{"instrument", "rigid", "tissue"};

@@ -62,7 +62,7 @@ void add_band(const Section& lower, const Section& upper, Builder& builder) {
         const std::size_t j = (i + 1) % n;
         const double rising = (builder.point(upper[j]) - builder.point(lower[i])).squaredNorm();
         const double falling = (builder.point(upper[i]) - builder.point(lower[j])).squaredNorm();
-        constexpr double tie = 1.0 + 1e-9;  // equal diagonals must not be told apart by rounding
+        constexpr double tie = 1.0 + 1e-9;  // equal diagonals must not be distinguished by rounding
         if (rising <= tie * falling) {
             builder.triangle(lower[i], lower[j], upper[j]);
             builder.triangle(lower[i], upper[j], upper[i]);

@@ -85,7 +85,7 @@ struct Frame {
     std::vector<Pose> pose = {};
     /// One per body, m: the part of position - previous that a hand gave a body at the end of the last tick; the rest
     /// of it is what the script brings within this tick. Empty: scripts only.
-    std::vector<Vector3> hand_motion = {};
+    std::vector<Vector3> operator_motion = {};
 
     /// 64-bit FNV-1a over the bits of `position` and the tick; equal frames have equal hashes on every machine.
     [[nodiscard]] std::uint64_t hash() const;

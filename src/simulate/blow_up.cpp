@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "simulate/reach.hpp"
+#include "simulate/query_distance.hpp"
 #include "simulate/step_check.hpp"
 
 namespace trocar {
@@ -26,7 +26,7 @@ double carried_by(const Scene& scene, const BodyRange& body) {
     return area > 0.0 ? 2.0 * tension / std::sqrt(area) : 0.0;
 }
 
-/// m, of the deepest contact; 0 where none tells a depth.
+/// m, of the deepest contact; 0 where none reports a depth.
 double deepest_of(const ContactSet& contacts) {
     double deepest = 0.0;
     for (const Contact& contact : contacts.contacts)
@@ -38,7 +38,7 @@ double deepest_of(const ContactSet& contacts) {
 
 BlowUp::BlowUp(const Scene& scene) : scene_(&scene) {
     for (Index body = 0; body < scene.topology.body_count() && at(body) < scene.bodies.size(); ++body) {
-        if (scene.bodies[at(body)].motion) led_.push_back(scene.topology.bodies[at(body)].vertices);
+        if (scene.bodies[at(body)].motion) driven_.push_back(scene.topology.bodies[at(body)].vertices);
     }
     if (!scene.has_tissue()) return;
     for (const BodyRange& body : scene.topology.bodies) {
@@ -49,29 +49,31 @@ BlowUp::BlowUp(const Scene& scene) : scene_(&scene) {
     mean_rest_ /= static_cast<double>(scene.materials.springs.size());
 }
 
-Outcome BlowUp::judge(const Frame& seen, const Frame& after, const ContactSet& contacts, const Effect& effect,
-                      std::span<const ContactLoad> loads, std::span<const Wrench> reaction, const Books& books) {
+Outcome BlowUp::judge(const Frame& seen, const Frame& after, const ContactSet& contacts, const ResponseOutput& output,
+                      std::span<const ContactForce> loads, std::span<const Wrench> reaction,
+                      const EnergyMomentumAudit& audit) {
     if (!scene_->has_tissue()) return {};
-    follow(seen, contacts, effect, loads);
-    Outcome outcome = judge_force(effect, reaction);
+    follow(seen, contacts, output, loads);
+    Outcome outcome = judge_force(output, reaction);
     if (outcome.ok()) outcome = judge_strain(after);
-    if (outcome.ok()) outcome = judge_energy(books);
+    if (outcome.ok()) outcome = judge_energy(audit);
     return outcome;
 }
 
-void BlowUp::follow(const Frame& seen, const ContactSet& contacts, const Effect& effect,
-                    std::span<const ContactLoad> loads) {
+void BlowUp::follow(const Frame& seen, const ContactSet& contacts, const ResponseOutput& output,
+                    std::span<const ContactForce> loads) {
     if (!started_) first_depth_ = deepest_of(contacts);
     started_ = true;
-    touched_ = touched_ || !effect.placements.empty() ||
-               std::any_of(loads.begin(), loads.end(), [](const ContactLoad& load) { return !load.force.isZero(0.0); });
-    move_ = furthest_move(seen, led_);
-    if (touched_) way_ += move_;
+    touched_ =
+        touched_ || !output.position_corrections.empty() ||
+        std::any_of(loads.begin(), loads.end(), [](const ContactForce& load) { return !load.force.isZero(0.0); });
+    move_ = furthest_move(seen, driven_);
+    if (touched_) path_ += move_;
 }
 
-Outcome BlowUp::judge_energy(const Books& books) {
-    const double work = books.absolute_work();
-    const double gain = books.tissue_gain();
+Outcome BlowUp::judge_energy(const EnergyMomentumAudit& audit) {
+    const double work = audit.absolute_work();
+    const double gain = audit.tissue_gain();
     const double start = most_force_ * first_depth_;
     rich_ticks_ = gain > (1.0 + work_factor) * work + spare_energy + start ? rich_ticks_ + 1 : 0;
     if (rich_ticks_ < energy_ticks) return {};
@@ -85,13 +87,13 @@ Outcome BlowUp::judge_energy(const Books& books) {
 Outcome BlowUp::judge_strain(const Frame& after) const {
     const Materials& materials = scene_->materials;
     const double limit = std::max(most_strain, std::isfinite(materials.strain_limit) ? materials.strain_limit : 0.0);
-    const double way = way_ + first_depth_;
+    const double path = path_ + first_depth_;
     double most_over = 0.0;
     const Spring* worst = nullptr;
     for (const Spring& spring : materials.springs) {
         if (!(spring.rest > 0.0)) continue;
         const double length = (after.position.col(spring.j) - after.position.col(spring.i)).norm();
-        const double over = length / spring.rest - 1.0 - limit - way / std::max(spring.rest, mean_rest_);
+        const double over = length / spring.rest - 1.0 - limit - path / std::max(spring.rest, mean_rest_);
         if (over <= most_over) continue;
         most_over = over;
         worst = &spring;
@@ -103,16 +105,16 @@ Outcome BlowUp::judge_strain(const Frame& after) const {
         fmt::format("edge {} to {} has a strain of {:.3g}, where the way of what is led ({:.3g} mm) asks for {:.3g} "
                     "at most",
                     vertex_name(*scene_, worst->i), vertex_name(*scene_, worst->j), length / worst->rest - 1.0,
-                    1e3 * way, way / std::max(worst->rest, mean_rest_) + limit)};
+                    1e3 * path, path / std::max(worst->rest, mean_rest_) + limit)};
 }
 
-Outcome BlowUp::judge_force(const Effect& effect, std::span<const Wrench> reaction) const {
+Outcome BlowUp::judge_force(const ResponseOutput& output, std::span<const Wrench> reaction) const {
     const double dt = scene_->dt;
     const double most = most_force_ + mass_ * move_ / (dt * dt);
     for (std::size_t body = 0; body < reaction.size(); ++body) {
         if (scene_->topology.bodies[body].kind != BodyKind::instrument) continue;
         Vector3 force = reaction[body].force;
-        if (body < effect.wrench.size()) force += effect.wrench[body].force;
+        if (body < output.wrench.size()) force += output.wrench[body].force;
         if (!(force.norm() > most)) continue;
         return {OutcomeKind::unstable, fmt::format("{:.4g} N from tissue on {}, which can carry {:.3g} N at most",
                                                    force.norm(), scene_->topology.bodies[body].name, most)};

@@ -1,15 +1,15 @@
 // When a run has blown up by its contacts, though every number in it is finite: the same rule for every method, from
-// trajectories, masses and the forces told.
+// trajectories, masses and the forces reported.
 #pragma once
 
 #include <span>
 #include <vector>
 
 #include "contact/contact_set.hpp"
-#include "contact/effect.hpp"
 #include "contact/outcome.hpp"
+#include "contact/response_output.hpp"
 #include "scene/scene.hpp"
-#include "simulate/books.hpp"
+#include "simulate/energy_momentum_audit.hpp"
 
 namespace trocar {
 
@@ -30,8 +30,9 @@ public:
 
     /// One tick before its frame is taken over; the books have seen it. `reaction`: what tissue gave back per body, N.
     /// Not ok: unstable, with cause and figures. Allocates nothing while it is ok.
-    Outcome judge(const Frame& seen, const Frame& after, const ContactSet& contacts, const Effect& effect,
-                  std::span<const ContactLoad> loads, std::span<const Wrench> reaction, const Books& books);
+    Outcome judge(const Frame& seen, const Frame& after, const ContactSet& contacts, const ResponseOutput& output,
+                  std::span<const ContactForce> loads, std::span<const Wrench> reaction,
+                  const EnergyMomentumAudit& audit);
 
     static constexpr double work_factor = 10.0;
     static constexpr double spare_energy = 10e-6;  ///< J
@@ -39,21 +40,21 @@ public:
     static constexpr double most_strain = 3.0;
 
 private:
-    void follow(const Frame& seen, const ContactSet& contacts, const Effect& effect,
-                std::span<const ContactLoad> loads);
-    Outcome judge_energy(const Books& books);
+    void follow(const Frame& seen, const ContactSet& contacts, const ResponseOutput& output,
+                std::span<const ContactForce> loads);
+    Outcome judge_energy(const EnergyMomentumAudit& audit);
     [[nodiscard]] Outcome judge_strain(const Frame& after) const;
-    [[nodiscard]] Outcome judge_force(const Effect& effect, std::span<const Wrench> reaction) const;
+    [[nodiscard]] Outcome judge_force(const ResponseOutput& output, std::span<const Wrench> reaction) const;
 
     const Scene* scene_;
-    std::vector<Range> led_;
+    std::vector<Range> driven_;
     double mean_rest_ = 0.0;   ///< m
     double most_force_ = 0.0;  ///< N, at rest
     double mass_ = 0.0;        ///< kg, of tissue
     bool started_ = false;
     bool touched_ = false;
     double first_depth_ = 0.0;  ///< m
-    double way_ = 0.0;          ///< m, of led bodies since tissue was touched
+    double path_ = 0.0;         ///< m, of led bodies since tissue was touched
     double move_ = 0.0;         ///< m, of led bodies in this tick
     int rich_ticks_ = 0;
 };

@@ -36,13 +36,13 @@ private:
 class NeutralPairs final : public Detector {
 public:
     void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
-    void update(const Frame& frame, double reach) override {
-        reach_ = reach;
+    void update(const Frame& frame, double query_distance) override {
+        query_distance_ = query_distance;
         triangle_boxes(frame.position, topology_->triangles, boxes_);
     }
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
-        if (!check_no_reach(reach_, contacts)) return;
+        if (!check_no_query_distance(query_distance_, contacts)) return;
         for (const auto& [body_a, body_b] : topology_->body_pairs) {
             overlapping_boxes(boxes_, topology_->bodies[static_cast<std::size_t>(body_a)].triangles,
                               topology_->bodies[static_cast<std::size_t>(body_b)].triangles, candidates_);
@@ -61,7 +61,7 @@ private:
         return {frame.position.col(vertices(0)), frame.position.col(vertices(1)), frame.position.col(vertices(2))};
     }
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;  ///< m
+    double query_distance_ = 0.0;  ///< m
     std::vector<Box> boxes_;
     std::vector<IndexPair> candidates_;
 };
@@ -71,9 +71,9 @@ private:
 class DriverPush final : public Response {
 public:
     void prepare(const Topology& topology, const Materials& /*materials*/) override { topology_ = &topology; }
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
-                 Effect& effect) override {
-        effect.clear();
+    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
+                 ResponseOutput& output) override {
+        output.clear();
         for (const Contact& contact : contacts.contacts) {
             if (!std::isfinite(contact.depth) || contact.vertex_a < 0 || contact.vertex_b < 0 ||
                 !contact.normal.allFinite() || contact.kind == ContactCase::touch) {
@@ -83,8 +83,8 @@ public:
             const Index body_b = topology_->body_of_triangle[static_cast<std::size_t>(contact.b)];
             const bool tissue_a = topology_->bodies[static_cast<std::size_t>(body_a)].kind == BodyKind::tissue;
             const bool tissue_b = topology_->bodies[static_cast<std::size_t>(body_b)].kind == BodyKind::tissue;
-            if (tissue_b || !tissue_a) push(frame, contact, contact.vertex_b, contact.vertex_a, 1.0, body_a, effect);
-            if (tissue_a) push(frame, contact, contact.vertex_a, contact.vertex_b, -1.0, body_b, effect);
+            if (tissue_b || !tissue_a) push(frame, contact, contact.vertex_b, contact.vertex_a, 1.0, body_a, output);
+            if (tissue_a) push(frame, contact, contact.vertex_a, contact.vertex_b, -1.0, body_b, output);
         }
     }
 
@@ -94,8 +94,8 @@ private:
     static constexpr double most_depth = 5e-3;  ///< m; a plane's depth can be far more than the true one
 
     static void push(const Frame& frame, const Contact& contact, Index pushed, Index other, double sign, Index reaction,
-                     Effect& effect) {
-        LinearContact link;
+                     ResponseOutput& output) {
+        ContactForceLaw link;
         link.vertices[0] = pushed;
         link.weights[0] = 1.0;
         link.normal = sign * contact.normal;
@@ -105,7 +105,7 @@ private:
         link.face_velocity = frame.velocity.col(other).dot(link.normal);
         link.reaction_body = reaction;
         link.reaction_point = frame.position.col(pushed);
-        effect.contacts.push_back(link);
+        output.contacts.push_back(link);
     }
     const Topology* topology_ = nullptr;
 };
@@ -116,7 +116,7 @@ public:
         : scene_(scene),
           ticks_(ticks),
           // Unwatched: this push is nobody's result, it only brings detectors to contacts, and repeated scenes jolt it.
-          drive_(scene, neutral_pairs(), std::make_unique<DriverPush>(), registry().source("canonical"),
+          drive_(scene, neutral_pairs(), std::make_unique<DriverPush>(), registry().contact_generator("intersection"),
                  {.watched = false}) {}
     [[nodiscard]] const Topology& topology() const override { return scene_.topology; }
     [[nodiscard]] double dt() const override { return scene_.dt; }

@@ -1,4 +1,4 @@
-// Frames from outside the tick: recorded, or made from a scene by a driver that is no contestant. Every detector of a
+// Frames from outside the tick: recorded, or made from a scene by a driver that is no method. Every detector of a
 // replay sees the same bits, which the hash over all frames proves.
 #pragma once
 

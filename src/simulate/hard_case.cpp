@@ -153,9 +153,9 @@ Record run_hard_case(const HardCase& hard_case, const RunSpec& spec) {
     record.summary = {{"judged_ticks", 1.0},
                       {"true_pairs", static_cast<double>(truth.size())},
                       {"true_touches", static_cast<double>(hard_case.touch.size())},
-                      {"missing", static_cast<double>(errors.missing)},
-                      {"missing_touch", static_cast<double>(errors.missing_touch)},
-                      {"extra", static_cast<double>(errors.extra)},
+                      {"false_negatives", static_cast<double>(errors.false_negatives)},
+                      {"false_negatives_touch", static_cast<double>(errors.false_negatives_touch)},
+                      {"false_positives", static_cast<double>(errors.false_positives)},
                       {"truncated_ticks", contacts.truncated ? 1.0 : 0.0}};
     if (!record.outcome.ok() || !registry().detector(parse_method(spec.detector).name).native_contacts) return record;
     ask(spec, question, true, contacts);
@@ -174,8 +174,8 @@ Record run_pair_family(const std::filesystem::path& file, const RunSpec& spec) {
     Record record = started(spec);
     double judged = 0.0;
     double meeting = 0.0;
-    double missing = 0.0;
-    double extra = 0.0;
+    double false_negatives = 0.0;
+    double false_positives = 0.0;
     double failed = 0.0;
     ContactSet contacts;
     for (const PairLine& line : read_pair_file(file)) {
@@ -197,13 +197,13 @@ Record run_pair_family(const std::filesystem::path& file, const RunSpec& spec) {
             continue;
         }
         const bool found = !contacts.pairs.empty();
-        missing += *line.truth && !found ? 1.0 : 0.0;
-        extra += !*line.truth && found ? 1.0 : 0.0;
+        false_negatives += *line.truth && !found ? 1.0 : 0.0;
+        false_positives += !*line.truth && found ? 1.0 : 0.0;
     }
     record.summary = {{"judged_ticks", judged},
                       {"true_pairs", meeting},
-                      {"missing", missing},
-                      {"extra", extra},
+                      {"false_negatives", false_negatives},
+                      {"false_positives", false_positives},
                       {"failed_ticks", failed}};
     return record;
 }

@@ -48,8 +48,8 @@ std::vector<HardCase> read_hard_cases(const std::filesystem::path& folder);
 std::string hash_of(const HardCase& hard_case);
 
 /// One detector on one case of meshes, or (spec.detector empty) the reading of a file that must be refused. The summary
-/// holds true_pairs, true_touches, missing, missing_touch and extra against the case's own list; the outcome is what
-/// the detector said, not_finite also for native contacts that are no numbers.
+/// holds true_pairs, true_touches, missing, false_negatives_touch and extra against the case's own list; the outcome is
+/// what the detector said, not_finite also for native contacts that are no numbers.
 Record run_hard_case(const HardCase& hard_case, const RunSpec& spec);
 
 /// One detector on a file of triangle pairs with truth, each pair a world of its own; true_pairs, missing and extra

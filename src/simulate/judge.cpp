@@ -63,14 +63,14 @@ void Judge::judge_detection(const Frame& seen, const ContactSet& contacts, StepR
     const PairErrors errors = compare_pairs(contacts.pairs, truth_, touches_);
     row.true_pairs = static_cast<std::int64_t>(truth_.size());
     row.true_touch = static_cast<std::int64_t>(touches_.size());
-    row.missing = errors.missing;
-    row.extra = errors.extra;
-    row.missing_touch = errors.missing_touch;
+    row.false_negatives = errors.false_negatives;
+    row.false_positives = errors.false_positives;
+    row.false_negatives_touch = errors.false_negatives_touch;
     if (!in_detail) return;
-    if (row.reach > 0.0) {
-        true_near_pairs(*topology_, seen, row.reach, near_truth_);
-        row.true_near = static_cast<std::int64_t>(near_truth_.size());
-        row.missed = compare_pairs(contacts.near, near_truth_, {}).missing;
+    if (row.query_distance > 0.0) {
+        true_near_pairs(*topology_, seen, row.query_distance, near_truth_);
+        row.true_proximity_pairs = static_cast<std::int64_t>(near_truth_.size());
+        row.proximity_false_negatives = compare_pairs(contacts.near, near_truth_, {}).false_negatives;
     }
     depth_.follow(seen);
     row.depth_error = worst_error(contacts.contacts);
@@ -105,8 +105,8 @@ void Judge::judge_outcome(const Frame& after, StepRow& row, double scripted_path
         }
     }
     if (!anything_yields_) return;
-    row.max_depth = left.max_depth;
-    row.mean_depth = left.mean_depth;
+    row.residual_penetration = left.residual_penetration;
+    row.residual_penetration_mean = left.residual_penetration_mean;
     row.wrong_side = left.wrong_side;
     row.wrong_side_vertices = left.wrong_side_vertices;
     row.side_undecided = left.side_undecided;

@@ -15,8 +15,8 @@ namespace trocar {
 
 class Judge {
 public:
-    /// `yielding`: one flag per body pair, those that count for the depth left over. `materials`: of the tissue, for
-    /// its strain; null or without springs: none. Topology and materials outlive the judge.
+    /// `yielding`: one flag per body pair, those that count for the residual penetration over. `materials`: of the
+    /// tissue, for its strain; null or without springs: none. Topology and materials outlive the judge.
     Judge(const Topology& topology, const Frame& first, std::span<const std::uint8_t> yielding,
           const Materials* materials = nullptr);
 

@@ -17,16 +17,17 @@ Corners corners_of(const Topology& topology, const Frame& frame, Index triangle)
 /// m; infinite for an empty box.
 double gap(const Box& a, const Box& b) { return std::sqrt(squared_gap(a, b)); }
 
-/// The triangles of a body, those with corners that are nowhere left out, that may be within `reach` of `other`.
+/// The triangles of a body, those with corners that are nowhere left out, that may be within `query_distance` of
+/// `other`.
 std::vector<Index> triangles_near(const Topology& topology, const Frame& frame, Index body, const Box& other,
-                                  double reach) {
+                                  double query_distance) {
     std::vector<Index> near;
     const Range triangles = topology.bodies[static_cast<std::size_t>(body)].triangles;
     for (Index t = triangles.first; t < triangles.end(); ++t) {
         const Corners corners = corners_of(topology, frame, t);
         const bool is_somewhere =
             std::all_of(corners.begin(), corners.end(), [](const Vector3& corner) { return corner.allFinite(); });
-        if (is_somewhere && gap(box_of(corners), other) < reach) near.push_back(t);
+        if (is_somewhere && gap(box_of(corners), other) < query_distance) near.push_back(t);
     }
     return near;
 }
@@ -42,7 +43,7 @@ Box box_of_body(const Topology& topology, const Frame& frame, Index body) {
 
 }  // namespace
 
-void NearestApproach::look(const Topology& topology, const Frame& frame) {
+void NearestApproach::observe(const Topology& topology, const Frame& frame) {
     for (const auto& [a, b] : topology.body_pairs) {
         const Box around_a = box_of_body(topology, frame, a);
         const Box around_b = box_of_body(topology, frame, b);

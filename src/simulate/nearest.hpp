@@ -1,4 +1,4 @@
-// Where two bodies came nearest: what a run without any contact has to tell, since most often a body is not where its
+// Where two bodies came nearest: what a run without any contact has to report, since most often a body is not where its
 // author thinks it is.
 #pragma once
 
@@ -13,7 +13,7 @@ namespace trocar {
 /// The nearest that two bodies that may meet have been to each other.
 struct NearestApproach {
     double distance = std::numeric_limits<double>::infinity();  ///< m between their surfaces
-    std::int64_t tick = -1;                                     ///< -1: no frame has been looked at
+    std::int64_t tick = -1;                                     ///< -1: no frame has been examined
     Index body_a = 0;
     Index body_b = 0;
     Box box_a;  ///< m, of body_a in that frame
@@ -21,7 +21,7 @@ struct NearestApproach {
 
     /// Takes the frame's nearest pair of triangles if it is nearer than all before. Precondition: none meet
     /// (triangle_distance.hpp). Non-finite vertices count as nowhere. Cost falls with what was near before.
-    void look(const Topology& topology, const Frame& frame);
+    void observe(const Topology& topology, const Frame& frame);
 };
 
 }  // namespace trocar

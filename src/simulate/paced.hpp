@@ -16,7 +16,7 @@ struct PacedTimes {
 };
 
 /// Calls `work` once for every release, `period_ns` apart, `ticks` times, in this thread; ends early when it returns
-/// false. Waits by sleeping until shortly before a release and looking at the clock from there on.
+/// false. Waits by sleeping until shortly before a release and examining the clock from there on.
 PacedTimes run_paced(std::int64_t ticks, std::int64_t period_ns, const std::function<bool()>& work);
 
 struct PacedBeside {

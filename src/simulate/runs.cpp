@@ -20,9 +20,9 @@
 #include "method/device.hpp"
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
-#include "simulate/certificate.hpp"
 #include "simulate/frame_source.hpp"
 #include "simulate/judge.hpp"
+#include "simulate/metamorphic.hpp"
 #include "simulate/overrides.hpp"
 #include "simulate/paced.hpp"
 #include "simulate/simulation.hpp"
@@ -49,8 +49,9 @@ std::unique_ptr<Response> response_of(const RunSpec& spec) {
 
 SimulationSettings settings_of(const RunSpec& spec) {
     return {.stepper = spec.stepper.empty() ? MethodSpec{} : parse_method(spec.stepper),
-            .reach_margin =
-                spec.reach_margin.empty() ? default_reach_margin : std::strtod(spec.reach_margin.c_str(), nullptr),
+            .query_distance_margin = spec.query_distance_margin.empty()
+                                         ? default_query_distance_margin
+                                         : std::strtod(spec.query_distance_margin.c_str(), nullptr),
             .device = read_device(spec.device)};
 }
 
@@ -156,25 +157,25 @@ public:
     explicit ScriptedPath(const Scene& scene) {
         for (const SceneBody& body : scene.bodies) {
             if (!body.motion || body.local.cols() == 0) continue;
-            Led led{&*body.motion, Matrix3X(3, 8), Matrix3X(3, 8)};
+            Driven driven{&*body.motion, Matrix3X(3, 8), Matrix3X(3, 8)};
             const Vector3 low = body.local.rowwise().minCoeff();
             const Vector3 high = body.local.rowwise().maxCoeff();
             for (int i = 0; i < 8; ++i) {
-                led.corners.col(i) = Vector3((i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
-                                             (i & 4) != 0 ? high.z() : low.z());
+                driven.corners.col(i) = Vector3((i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
+                                                (i & 4) != 0 ? high.z() : low.z());
             }
-            led.at = placed(led, 0.0);
-            led_.push_back(std::move(led));
+            driven.at = placed(driven, 0.0);
+            driven_.push_back(std::move(driven));
             motion_end_ = std::fmax(motion_end_, body.motion->last_key_time());
         }
     }
     /// To be asked with ascending times.
     double up_to(double time) {
         double farthest = 0.0;
-        for (Led& led : led_) {
-            const Matrix3X now = placed(led, time);
-            farthest = std::max(farthest, (now - led.at).colwise().norm().maxCoeff());
-            led.at = now;
+        for (Driven& driven : driven_) {
+            const Matrix3X now = placed(driven, time);
+            farthest = std::max(farthest, (now - driven.at).colwise().norm().maxCoeff());
+            driven.at = now;
         }
         return path_ += farthest;
     }
@@ -182,23 +183,23 @@ public:
     [[nodiscard]] double motion_end() const { return motion_end_; }
 
 private:
-    struct Led {
+    struct Driven {
         const Motion* motion;
         Matrix3X corners;  ///< m, body frame
         Matrix3X at;       ///< m, world
     };
-    static Matrix3X placed(const Led& led, double time) {
-        const Pose pose = led.motion->pose_at(time);
-        return (pose.rotation.toRotationMatrix() * led.corners).colwise() + pose.translation;
+    static Matrix3X placed(const Driven& driven, double time) {
+        const Pose pose = driven.motion->pose_at(time);
+        return (pose.rotation.toRotationMatrix() * driven.corners).colwise() + pose.translation;
     }
-    std::vector<Led> led_;
+    std::vector<Driven> driven_;
     double path_ = 0.0;
     double motion_end_ = std::nan("");
 };
 
 std::string stream_text() {
     return fmt::format(
-        "the scene driven without any contestant: pairs from overlapping boxes and the exact test, one spring of {} "
+        "the scene driven without any method: pairs from overlapping boxes and the exact test, one spring of {} "
         "N/m per pair",
         scene_frames_stiffness);
 }
@@ -217,7 +218,7 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
     }
     if (spec.mode == "paced") return run_paced_loop(scene, spec, limits);
     if (spec.mode == "cost_by_size") return run_timed_loop(scene, spec, limits);
-    if (spec.mode == "certificate") return run_certificate(scene, spec, limits);
+    if (spec.mode == "metamorphic") return run_metamorphic_test(scene, spec, limits);
     if (spec.mode == "work_precision" || spec.mode == "ablation") {
         Record record = spec.response.empty() ? run_replay(scene, spec, limits) : run_closed_loop(scene, spec, limits);
         record.environment["run.dt_s"] = fmt::format("{}", scene.dt);
@@ -228,7 +229,7 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
     if (spec.mode == "triangle_pair") return run_triangle_pair(scene, spec, limits);
     throw InputError(
         "run", "/mode",
-        "replay, closed_loop, triangle_pair, work_precision, ablation, paced, cost_by_size, certificate or "
+        "replay, closed_loop, triangle_pair, work_precision, ablation, paced, cost_by_size, metamorphic test or "
         "hard_case",
         fmt::format("'{}'", spec.mode));
 }
@@ -237,7 +238,7 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
     const std::int64_t ticks = ticks_of(scene, spec);
     Record record = start_record(spec, ticks);
     record.environment["frames"] = stream_text();
-    Simulation simulation(scene, detector_of(spec), nullptr, registry().source("canonical"));
+    Simulation simulation(scene, detector_of(spec), nullptr, registry().contact_generator("intersection"));
     Judge judge(scene.topology, scene.first, {});
     const std::unique_ptr<FrameSource> source = scene_frames(scene, ticks);
     NativeContacts native(scene, spec);
@@ -266,11 +267,11 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
 
 Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
     const std::int64_t ticks = ticks_of(scene, spec);
-    const SourceEntry& source = registry().source(spec.contacts);
+    const ContactGeneratorEntry& source = registry().contact_generator(spec.contacts);
     Record record = start_record(spec, ticks);
     const DetectorEntry& detector = registry().detector(parse_method(spec.detector).name);
     for (const std::string& reason :
-         {why_untold(detector, source), why_unreadable(source, parse_method(spec.response))}) {
+         {why_unreported(detector, source), why_unreadable(source, parse_method(spec.response))}) {
         if (!reason.empty() && record.outcome.ok()) record.outcome = {OutcomeKind::unsupported, reason};
     }
     note_unstable_step(scene, spec, limits, record);
@@ -299,7 +300,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
             if (judged) judge.judge_outcome(simulation.frame(), row, script.up_to(row.time), in_detail);
         }
         if (record.outcome.ok() && untouched) {
-            untouched->observe(simulation.frame(), simulation.effect(), simulation.contact_loads(),
+            untouched->observe(simulation.frame(), simulation.output(), simulation.contact_forces(),
                                [&judge](Index a, Index b) { return judge.clearance(a, b); });
         }
         if (record.outcome.ok()) comparison.observe(row.time, row.tool_force, simulation.frame().position);
@@ -311,7 +312,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary.merge(summarize(record.rows, {.motion_end = script.motion_end()}));
-    record.summary.merge(simulation.book_figures());
+    record.summary.merge(simulation.audit_figures());
     record.summary.merge(simulation.values_in_force());
     record.summary["force_without_touch_m"] = untouched ? untouched->largest() : std::nan("");
     record.summary.merge(comparison.figures());
@@ -326,7 +327,8 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     if (!record.outcome.ok()) return record;
     SimulationSettings settings = settings_of(spec);
     settings.watched = false;  // it would take time from what is paced
-    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts), settings);
+    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().contact_generator(spec.contacts),
+                          settings);
     std::int64_t tick = 0;
     const PacedBeside times = run_beside_empty(ticks, period_ns, [&] {
         if (!go_on(limits, tick++)) return false;
@@ -358,7 +360,8 @@ Record run_timed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     if (!record.outcome.ok()) return record;
     SimulationSettings settings = settings_of(spec);
     settings.watched = false;  // its time is nobody's stage
-    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().source(spec.contacts), settings);
+    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().contact_generator(spec.contacts),
+                          settings);
     for (std::int64_t tick = 0; tick < ticks && simulation.outcome().ok() && go_on(limits, tick); ++tick) {
         record.rows.push_back(simulation.step());
     }
@@ -378,12 +381,12 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
     // One response for each span, so that neither meets the other's memory.
     const std::unique_ptr<Response> without = response_of(spec);
     const std::unique_ptr<Response> with = response_of(spec);
-    Effect effect;
-    effect.resize(scene.topology.vertex_count, scene.topology.body_count());
+    ResponseOutput output;
+    output.resize(scene.topology.vertex_count, scene.topology.body_count());
     const std::unique_ptr<FrameSource> frames = scene_frames(scene, ticks);
     const std::unique_ptr<Detector> detector = neutral_pairs();
     detector->prepare(scene.topology, scene.first);
-    const std::unique_ptr<ContactSource> source = make_source("canonical");
+    const std::unique_ptr<ContactGenerator> source = make_contact_generator("intersection");
     source->prepare(scene.topology, scene.first);
     FnvHash hash;  // of the hashes of all frames
     Frame frame;
@@ -411,14 +414,14 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
             std::int64_t without_ns = 0;
             const auto run_without = [&] {
                 const auto start = Clock::now();
-                without->respond(frame, scene.dt, given, {}, effect);
+                without->respond(frame, scene.dt, given, {}, output);
                 without_ns = ns_between(start, Clock::now());
             };
             const auto run_with = [&] {
                 const auto start = Clock::now();
                 source->gather(frame, tested);
                 const auto middle = Clock::now();
-                with->respond(frame, scene.dt, tested, {}, effect);
+                with->respond(frame, scene.dt, tested, {}, output);
                 const auto end = Clock::now();
                 row.stage_ns[static_cast<std::size_t>(Stage::contacts)] = ns_between(start, middle);
                 row.stage_ns[static_cast<std::size_t>(Stage::respond)] = ns_between(middle, end);
@@ -431,9 +434,9 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
                 run_with();
                 run_without();
             }
-            row.skipped = effect.skipped;
-            row.contacts_used = row.contacts_offered - effect.all_skipped();
-            row.no_hit = effect.no_hit;
+            row.skipped = output.skipped;
+            row.contacts_used = row.contacts_offered - output.all_skipped();
+            row.no_hit = output.no_hit;
             record.rows.push_back(row);
             if (row.pairs == 0 || tick < warm_up_ticks) continue;
             const auto count = static_cast<double>(row.pairs);

@@ -24,8 +24,8 @@ struct RunLimits {
     bool watched = true;
 };
 
-/// Runs spec.mode ("replay", "closed_loop", "triangle_pair", "paced", "cost_by_size", "certificate"; "hard_case": the
-/// closed loop; "work_precision" and "ablation": the closed loop, or the replay where no response is named) with
+/// Runs spec.mode ("replay", "closed_loop", "triangle_pair", "paced", "cost_by_size", "metamorphic test"; "hard_case":
+/// the closed loop; "work_precision" and "ablation": the closed loop, or the replay where no response is named) with
 /// spec.overrides applied to the scene for spec.ticks ticks (0: the scene's own number). Throws InputError for an
 /// unknown or absent method and an unknown mode; everything else a method does wrong is the record's outcome, with the
 /// rows so far. The record holds environment() and the facts about this run, e.g. "frames".
@@ -42,7 +42,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
 /// is measured. An empty loop runs beside it in a thread of its own. Rows hold the stages.
 Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
-/// The closed loop tick after tick as fast as it goes, timed and not judged. The record tells the tissue's triangles
+/// The closed loop tick after tick as fast as it goes, timed and not judged. The record reports the tissue's triangles
 /// ("run.tissue_triangles") and the sub-steps that the stepper takes. Rows hold the stages.
 Record run_timed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 

@@ -5,7 +5,7 @@
 namespace trocar {
 namespace {
 
-Index heaviest(const LinearContact& contact) {
+Index heaviest(const ContactForceLaw& contact) {
     const auto most = std::max_element(contact.weights.begin(), contact.weights.end()) - contact.weights.begin();
     return contact.vertices[static_cast<std::size_t>(most)];
 }
@@ -29,11 +29,12 @@ bool Rupture::is_at_strain_limit(const Frame& frame, Index vertex) const {
     return springs_.largest_strain(*materials_, frame.position, vertex) >= at_limit * materials_->strain_limit;
 }
 
-std::int64_t Rupture::judge(const Frame& frame, const Effect& effect, std::span<const ContactLoad> loads, double dt) {
+std::int64_t Rupture::judge(const Frame& frame, const ResponseOutput& output, std::span<const ContactForce> loads,
+                            double dt) {
     ++tick_;
     touched_now_.clear();
-    for (std::size_t c = 0; c < std::min(effect.contacts.size(), loads.size()); ++c) {
-        const LinearContact& contact = effect.contacts[c];
+    for (std::size_t c = 0; c < std::min(output.contacts.size(), loads.size()); ++c) {
+        const ContactForceLaw& contact = output.contacts[c];
         if (contact.bilateral() || !(loads[c].normal > 0.0)) continue;
         const Index vertex = heaviest(contact);
         if (vertex < 0 || topology_->bodies[at(topology_->body_of_vertex(vertex))].kind != BodyKind::tissue) continue;

@@ -1,12 +1,12 @@
-// When tissue counts as torn, told for every response by the same code, from what its contacts gave: what presses for
-// longer than a moment with all that it may, or deep inside tissue that is at its strain limit, passes through it.
+// When tissue counts as torn, reported for every response by the same code, from what its contacts gave: what presses
+// for longer than a moment with all that it may, or deep inside tissue that is at its strain limit, passes through it.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "scene/vertex_springs.hpp"
 #include "scene/world.hpp"
 
@@ -19,7 +19,8 @@ public:
     /// Once per tick of dt (s), with the frame after it, its effect and what its contacts gave: how many features of
     /// tissue have torn in it. A feature counts at the vertex that carries most of it, once until it is no longer in
     /// contact.
-    std::int64_t judge(const Frame& frame, const Effect& effect, std::span<const ContactLoad> loads, double dt);
+    std::int64_t judge(const Frame& frame, const ResponseOutput& output, std::span<const ContactForce> loads,
+                       double dt);
 
     static constexpr double tear_time = 0.005;  ///< s, without a break
     static constexpr double deep = 1e-4;        ///< m, what counts as clear no more

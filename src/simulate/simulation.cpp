@@ -10,9 +10,9 @@
 #include "contact/usable.hpp"
 #include "measure/allocations.hpp"
 #include "simulate/blow_up.hpp"
-#include "simulate/books.hpp"
-#include "simulate/leading.hpp"
-#include "simulate/reach.hpp"
+#include "simulate/energy_momentum_audit.hpp"
+#include "simulate/kinematic_driver.hpp"
+#include "simulate/query_distance.hpp"
 #include "simulate/rupture.hpp"
 #include "simulate/step_check.hpp"
 
@@ -26,14 +26,15 @@ Outcome not_finite() { return {OutcomeKind::not_finite, "a vertex position is no
 
 struct Simulation::State {
     State(const Scene& the_scene, std::unique_ptr<Detector> the_detector, std::unique_ptr<Response> the_response,
-          const SourceEntry& the_source, const StepperEntry& the_stepper, const SimulationSettings& settings)
+          const ContactGeneratorEntry& the_generator, const StepperEntry& the_stepper,
+          const SimulationSettings& settings)
         : scene(the_scene),
           detector(std::move(the_detector)),
           response(std::move(the_response)),
-          wants_reach(the_source.wants_reach),
+          wants_query_distance(the_generator.wants_query_distance),
           stepper_entry(the_stepper),
-          reach(the_scene, settings.reach_margin),
-          leading(the_scene),
+          query_distance(the_scene, settings.query_distance_margin),
+          driver(the_scene),
           device(settings.device),
           frame(the_scene.first),
           seen(the_scene.first),
@@ -42,12 +43,12 @@ struct Simulation::State {
     const Scene& scene;
     std::unique_ptr<Detector> detector;
     std::unique_ptr<Response> response;
-    std::unique_ptr<ContactSource> source;
-    bool wants_reach = false;
+    std::unique_ptr<ContactGenerator> source;
+    bool wants_query_distance = false;
     const StepperEntry& stepper_entry;
     std::unique_ptr<Stepper> stepper;  ///< null where no tissue moves
-    Reach reach;
-    Leading leading;
+    QueryDistance query_distance;
+    KinematicDriver driver;
     const TipSettings device;
 
     Frame frame;       ///< after the last step
@@ -56,18 +57,18 @@ struct Simulation::State {
     Frame whole_seen;  ///< `seen` and `next` with what the stepper leaves behind, for the books; empty if it does not
     Frame whole_next;
     ContactSet contacts;
-    Effect effect;
+    ResponseOutput output;
     Rupture rupture;
-    std::optional<Books> books;
+    std::optional<EnergyMomentumAudit> audit;
     std::optional<BlowUp> blow_up;
-    std::vector<ContactLoad> loads;  ///< per contact of `effect`, of the last step
-    std::vector<Wrench> reaction;    ///< per body, of tissue
-    std::vector<Wrench> load;        ///< per body, mean over the tick
+    std::vector<ContactForce> loads;  ///< per contact of `output`, of the last step
+    std::vector<Wrench> reaction;     ///< per body, of tissue
+    std::vector<Wrench> load;         ///< per body, mean over the tick
     TipDisplay display;
-    double deepest_edges = 0.0;  ///< m, in the last tick, with a margin
-    bool reach_is_cut = false;   ///< in this tick
-    Outcome prepared;            ///< how prepare ended
-    Outcome outcome;             ///< of the last tick
+    double deepest_edges = 0.0;          ///< m, in the last tick, with a margin
+    bool query_distance_is_cut = false;  ///< in this tick
+    Outcome prepared;                    ///< how prepare ended
+    Outcome outcome;                     ///< of the last tick
     std::int64_t tick = 0;
     bool frames_kept = false;  ///< the frames are as the stepper has left them
 
@@ -96,11 +97,11 @@ struct Simulation::State {
     }
 
     /// m, within which the detector is asked in this tick; `tissue_move` as Reach::of has it.
-    double ask_reach(double tissue_move) {
-        if (!wants_reach) return 0.0;
-        const double led_move = furthest_move(seen, leading.led_vertices());
-        reach_is_cut = reach.is_cut(led_move, tissue_move, deepest_edges);
-        return reach.of(led_move, tissue_move, deepest_edges);
+    double ask_query_distance(double tissue_move) {
+        if (!wants_query_distance) return 0.0;
+        const double driven_move = furthest_move(seen, driver.driven_vertices());
+        query_distance_is_cut = query_distance.is_cut(driven_move, tissue_move, deepest_edges);
+        return query_distance.of(driven_move, tissue_move, deepest_edges);
     }
     /// Edges that have passed each other have no memory but the pairs: as deep as they are once the tick's scripts have
     /// moved, the next tick looks.
@@ -114,17 +115,17 @@ struct Simulation::State {
 
     void advance() {
         std::fill(reaction.begin(), reaction.end(), Wrench{});
-        loads.assign(effect.contacts.size(), {});
+        loads.assign(output.contacts.size(), {});
         if (stepper) {
-            const std::string not_taken = why_not_taken(stepper_entry, scene.topology, effect);
+            const std::string not_taken = why_not_taken(stepper_entry, scene.topology, output);
             if (!not_taken.empty()) outcome = {OutcomeKind::unsupported, not_taken};
             stepper->trust_frames(frames_kept);
-            if (outcome.ok()) outcome = stepper->advance(effect, scene.dt, seen, next, reaction);
+            if (outcome.ok()) outcome = stepper->advance(output, scene.dt, seen, next, reaction);
             if (outcome.kind == OutcomeKind::unstable) explain_unstable();
             if (!outcome.ok()) return;
             std::copy(stepper->loads().begin(), stepper->loads().end(), loads.begin());
         }
-        leading.advance(next.time, effect, reaction, next, load, loads);
+        driver.advance(next.time, output, reaction, next, load, loads);
     }
 
     /// What the stepper calls unstable gets a place and a remedy: from the step that it bears where the tick began.
@@ -138,19 +139,20 @@ struct Simulation::State {
                                            step_remedy(scene, estimate));
         } else {
             outcome.message += fmt::format(
-                "; the springs bear the sub-steps ({} decides): it is contacts, held forces or placements that feed it",
+                "; the springs bear the sub-steps ({} decides): it is contacts, held forces or position corrections "
+                "that feed it",
                 place);
         }
     }
 
-    /// Of the tissue what has moved since it was looked at last; null: nobody knows.
+    /// Of the tissue what has moved since it was examined last; null: nobody knows.
     void check_finite(const Frame& of, const std::vector<Range>* tissue) {
         if (!outcome.ok()) return;
         const auto finite = [&of](const Range& range) {
             return of.position.middleCols(range.first, range.count).allFinite();
         };
         for (const std::vector<Range>* ranges :
-             {&leading.led_vertices(), tissue != nullptr ? tissue : &leading.free_tissue()}) {
+             {&driver.driven_vertices(), tissue != nullptr ? tissue : &driver.free_tissue()}) {
             if (!std::all_of(ranges->begin(), ranges->end(), finite)) outcome = not_finite();
         }
     }
@@ -159,18 +161,18 @@ struct Simulation::State {
 
     /// Outside the clock, before the frame is taken over.
     void watch() {
-        if (!books || !outcome.ok()) return;
+        if (!audit || !outcome.ok()) return;
         if (stepper && stepper->leaves_behind()) {
             // What is shown late has strain of its own where it meets what is not.
             if (!has_whole()) whole_next = seen;
             std::swap(whole_seen, whole_next);
-            copy_led(seen, whole_seen);
+            copy_driven(seen, whole_seen);
             whole_next = next;
             stepper->complete(whole_next);
         }
-        books->observe(has_whole() ? whole_seen : seen, has_whole() ? whole_next : next, effect, loads, load,
-                       leading.hands(), stepper && stepper->limited_edges() > 0);
-        outcome = blow_up->judge(seen, next, contacts, effect, loads, reaction, *books);
+        audit->observe(has_whole() ? whole_seen : seen, has_whole() ? whole_next : next, output, loads, load,
+                       driver.operators(), stepper && stepper->limited_edges() > 0);
+        outcome = blow_up->judge(seen, next, contacts, output, loads, reaction, *audit);
     }
 
     /// All three frames agree in what cannot change.
@@ -181,13 +183,13 @@ struct Simulation::State {
             }
         }
     }
-    void copy_led(const Frame& from, Frame& to) const {
-        copy_vertices(leading.led_vertices(), from, to);
+    void copy_driven(const Frame& from, Frame& to) const {
+        copy_vertices(driver.driven_vertices(), from, to);
         to.tick = from.tick;
         to.time = from.time;
         to.moved = from.moved;
         to.pose = from.pose;
-        to.hand_motion = from.hand_motion;
+        to.operator_motion = from.operator_motion;
     }
 
     void take_over_detection(StepRow& row) {
@@ -196,16 +198,16 @@ struct Simulation::State {
         row.swept = static_cast<std::int64_t>(contacts.swept.size());
         row.native_contacts = static_cast<std::int64_t>(contacts.native.size());
         row.work = contacts.work;
-        contacts.truncated = contacts.truncated || reach_is_cut;
+        contacts.truncated = contacts.truncated || query_distance_is_cut;
         row.truncated = contacts.truncated;
     }
 
     /// Load on the shown instrument as the tool's wrench, the force at its tip and what the device makes of it.
     void show_load(StepRow& row) {
-        const Wrench sum = leading.shown_load(load);
+        const Wrench sum = driver.shown_load(load);
         row.tool_force = sum.force;
         row.tip_force = sum.force;
-        const Index shown = leading.shown_body();
+        const Index shown = driver.shown_body();
         const auto body = static_cast<std::size_t>(shown);
         if (shown >= 0 && body < seen.pose.size() && body < scene.materials.tip.size()) {
             const Pose& pose = seen.pose[body];
@@ -226,12 +228,12 @@ struct Simulation::State {
         row.outcome = outcome.kind;
         if (!response || !outcome.ok()) return;
         show_load(row);
-        row.ruptures = rupture.judge(frame, effect, loads, scene.dt);
-        row.detached = effect.detached;
-        row.grasped = effect.grasped;
-        row.skipped = effect.skipped;
-        row.contacts_used = row.contacts_offered - effect.all_skipped();
-        row.no_hit = effect.no_hit;
+        row.ruptures = rupture.judge(frame, output, loads, scene.dt);
+        row.detached = output.detached;
+        row.grasped = output.grasped;
+        row.skipped = output.skipped;
+        row.contacts_used = row.contacts_offered - output.all_skipped();
+        row.no_hit = output.no_hit;
         if (stepper) {
             row.max_strain = stepper->max_strain();
             row.limited_edges = stepper->limited_edges();
@@ -250,26 +252,26 @@ StepRow Simulation::step() {
     // What is copied between the three frames is the harness' own and stands outside the clock.
     // Tissue is written once a tick, by its integrator. `seen` takes it by exchange; `frame` gets it back on failure.
     std::swap(s.frame, s.seen);
-    s.copy_led(s.seen, s.frame);
+    s.copy_driven(s.seen, s.frame);
     s.seen.tick = row.tick;
     s.seen.time = row.time;
-    s.timed(Stage::move, row, [&] { s.leading.move(row.time, s.tissue_moved(), s.seen); });
+    s.timed(Stage::move, row, [&] { s.driver.move(row.time, s.tissue_moved(), s.seen); });
     if (row.tick == 0) s.seen.moved.reset();  // nobody has seen a frame to compare with
     s.check_finite(s.seen, s.tissue_moved());
-    row.reach = s.ask_reach(s.stepper ? s.stepper->largest_move() : 0.0);
-    s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.reach); });
+    row.query_distance = s.ask_query_distance(s.stepper ? s.stepper->largest_move() : 0.0);
+    s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.query_distance); });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
     s.take_over_detection(row);
     s.timed(Stage::contacts, row, [&] { s.source->gather(s.seen, s.contacts); });
     if (s.outcome.ok()) s.outcome = check_contacts(s.scene.topology, s.contacts);
 
-    if (s.wants_reach) s.note_deep_edges();
-    s.copy_led(s.seen, s.next);
+    if (s.wants_query_distance) s.note_deep_edges();
+    s.copy_driven(s.seen, s.next);
     if (s.response) {
-        s.timed(Stage::respond, row, [&] { s.response->respond(s.seen, s.scene.dt, s.contacts, s.loads, s.effect); });
-        if (s.outcome.ok()) s.outcome = check_effect(s.scene.topology, s.effect);
-        // Scripts alone have no such stage: their forces are only looked at.
-        if (s.stepper || s.leading.has_operator()) {
+        s.timed(Stage::respond, row, [&] { s.response->respond(s.seen, s.scene.dt, s.contacts, s.loads, s.output); });
+        if (s.outcome.ok()) s.outcome = check_output(s.scene.topology, s.output);
+        // Scripts alone have no such stage: their forces are only examined.
+        if (s.stepper || s.driver.has_operator()) {
             s.timed(Stage::advance, row, [&] { s.advance(); });
         } else if (s.outcome.ok()) {
             s.advance();
@@ -282,7 +284,7 @@ StepRow Simulation::step() {
         std::swap(s.frame, s.next);
         ++s.tick;
     } else {
-        State::copy_vertices(s.leading.free_tissue(), s.seen, s.frame);
+        State::copy_vertices(s.driver.free_tissue(), s.seen, s.frame);
     }
     s.observe(row);
     return row;
@@ -297,8 +299,8 @@ StepRow Simulation::replay(const Frame& frame) {
     s.outcome = s.prepared;  // a frame that cannot be answered says nothing about the next one
     s.seen = frame;
     if (s.outcome.ok() && !s.seen.all_finite()) s.outcome = not_finite();
-    row.reach = s.ask_reach(furthest_move(s.seen, s.leading.free_tissue()));
-    s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.reach); });
+    row.query_distance = s.ask_query_distance(furthest_move(s.seen, s.driver.free_tissue()));
+    s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.query_distance); });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
     s.take_over_detection(row);
     s.timed(Stage::contacts, row, [&] { s.source->gather(s.seen, s.contacts); });
@@ -308,23 +310,23 @@ StepRow Simulation::replay(const Frame& frame) {
 }
 
 Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, std::unique_ptr<Response> response,
-                       const SourceEntry& source, const SimulationSettings& settings)
+                       const ContactGeneratorEntry& source, const SimulationSettings& settings)
     : state_(std::make_unique<State>(
           scene, std::move(detector), std::move(response), source,
           settings.stepper.name.empty() ? registry().default_stepper() : registry().stepper(settings.stepper.name),
           settings)) {
     State& s = *state_;
-    s.effect.resize(0, scene.topology.body_count());
+    s.output.resize(0, scene.topology.body_count());
     // Room for a crowded tick, so that the first one does not ask for memory; more than this grows as it comes.
     const auto room = static_cast<std::size_t>(std::min<Index>(4096, scene.topology.triangle_count()));
     s.contacts.pairs.reserve(room);
     s.contacts.contacts.reserve(room);
-    s.effect.contacts.reserve(4 * room);
-    s.effect.placements.reserve(room);
+    s.output.contacts.reserve(4 * room);
+    s.output.position_corrections.reserve(room);
     s.loads.reserve(4 * room);
     s.rupture.prepare(scene.topology, scene.materials);
     if (settings.watched && s.response) {
-        s.books.emplace(scene);
+        s.audit.emplace(scene);
         s.blow_up.emplace(scene);
     }
     s.reaction.resize(scene.topology.bodies.size());
@@ -334,7 +336,7 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
         s.detector->prepare(scene.topology, scene.first);
         s.source = source.make(ParameterValues(source.name, source.parameters, {}));
         s.source->prepare(scene.topology, scene.first);
-        s.deepest_edges = s.reach.edge();  // at the start nothing is known
+        s.deepest_edges = s.query_distance.edge();  // at the start nothing is known
         if (s.response) s.response->prepare(scene.topology, scene.materials);
         if (s.response && scene.has_tissue()) {
             s.stepper = s.stepper_entry.make(checked_values(s.stepper_entry, settings.stepper.parameters));
@@ -353,17 +355,17 @@ const Frame& Simulation::seen() const { return state_->seen; }
 const Frame& Simulation::frame() const { return state_->frame; }
 const Frame& Simulation::whole_frame() const { return state_->has_whole() ? state_->whole_next : state_->frame; }
 const ContactSet& Simulation::contacts() const { return state_->contacts; }
-const Effect& Simulation::effect() const { return state_->effect; }
-const std::vector<ContactLoad>& Simulation::contact_loads() const { return state_->loads; }
+const ResponseOutput& Simulation::output() const { return state_->output; }
+const std::vector<ContactForce>& Simulation::contact_forces() const { return state_->loads; }
 const std::vector<Wrench>& Simulation::body_loads() const { return state_->load; }
 const Outcome& Simulation::outcome() const { return state_->outcome; }
-std::map<std::string, double> Simulation::book_figures() const {
-    return state_->books ? state_->books->figures() : std::map<std::string, double>{};
+std::map<std::string, double> Simulation::audit_figures() const {
+    return state_->audit ? state_->audit->figures() : std::map<std::string, double>{};
 }
 std::map<std::string, double> Simulation::values_in_force() const {
     return state_->response && state_->prepared.ok() ? state_->response->values_in_force()
                                                      : std::map<std::string, double>{};
 }
-std::vector<std::uint8_t> Simulation::yielding_pairs() const { return state_->leading.yielding_pairs(); }
+std::vector<std::uint8_t> Simulation::yielding_pairs() const { return state_->driver.yielding_pairs(); }
 
 }  // namespace trocar

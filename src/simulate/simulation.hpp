@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "contact/contact_set.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "contact/tip_force.hpp"
 #include "measure/step_row.hpp"
 #include "method/entry.hpp"
@@ -18,26 +18,27 @@
 
 namespace trocar {
 
-/// Margin of the reach, in mean edges.
-inline constexpr double default_reach_margin = 0.1;
+/// Margin of the query distance, in mean edges.
+inline constexpr double default_query_distance_margin = 0.1;
 
 /// What a run may choose beside its methods.
 struct SimulationSettings {
-    MethodSpec stepper = {};                     ///< without a name: the default one
-    double reach_margin = default_reach_margin;  ///< mean edges, see simulate/reach.hpp
-    TipSettings device = {};                     ///< shows the force on the instrument, the same for every response
-    /// Books are kept and a tick that has blown up by its contacts ends unstable (blow_up.hpp), outside the clock.
+    MethodSpec stepper = {};                                       ///< without a name: the default one
+    double query_distance_margin = default_query_distance_margin;  ///< mean edges, see simulate/query_distance.hpp
+    TipSettings device = {};  ///< shows the force on the instrument, the same for every response
+    /// EnergyMomentumAudit are kept and a tick that has blown up by its contacts ends unstable (blow_up.hpp), outside
+    /// the clock.
     bool watched = true;
 };
 
 class Simulation {
 public:
     /// The scene outlives the simulation. `response` may be null: detection only, bodies follow their scripts and
-    /// tissue stays as it is. `source` makes the contacts (Registry::source); one that wants pairs within a reach gets
-    /// them. An effect that the stepper does not take is outcome unsupported. A method that throws while it is prepared
-    /// leaves its outcome in outcome(), and every step then fails with it.
+    /// tissue stays as it is. `source` makes the contacts (Registry::source); one that wants pairs within a query
+    /// distance gets them. A response output that the stepper does not take is outcome unsupported. A method that
+    /// throws while it is prepared leaves its outcome in outcome(), and every step then fails with it.
     Simulation(const Scene& scene, std::unique_ptr<Detector> detector, std::unique_ptr<Response> response,
-               const SourceEntry& source, const SimulationSettings& settings = {});
+               const ContactGeneratorEntry& source, const SimulationSettings& settings = {});
     ~Simulation();
     Simulation(const Simulation&) = delete;
     Simulation& operator=(const Simulation&) = delete;
@@ -56,16 +57,16 @@ public:
     /// The same for books of energy and momentum, with what the stepper has left behind where it would be by now
     /// (Stepper::complete); only a simulation that is `watched` knows.
     [[nodiscard]] const Frame& whole_frame() const;
-    /// Result of the last detect; contacts.contacts are those of the contact source.
+    /// Result of the last detect; contacts.contacts are those of the contact generator.
     [[nodiscard]] const ContactSet& contacts() const;
-    [[nodiscard]] const Effect& effect() const;
+    [[nodiscard]] const ResponseOutput& output() const;
     /// What the contacts of effect() gave in the last step; the next one's response gets it.
-    [[nodiscard]] const std::vector<ContactLoad>& contact_loads() const;
+    [[nodiscard]] const std::vector<ContactForce>& contact_forces() const;
     /// Contact load on every body, mean over the last tick; bodies that one operator leads share their sum.
     [[nodiscard]] const std::vector<Wrench>& body_loads() const;
     [[nodiscard]] const Outcome& outcome() const;
     /// The book_… figures of the run so far; empty where no books are kept.
-    [[nodiscard]] std::map<std::string, double> book_figures() const;
+    [[nodiscard]] std::map<std::string, double> audit_figures() const;
     /// Response::values_in_force of the run's response.
     [[nodiscard]] std::map<std::string, double> values_in_force() const;
     /// One flag per Topology::body_pairs entry: something in the pair gives way (tissue, an operator), so that depth

@@ -27,16 +27,17 @@ std::string milliseconds(double seconds) {
 }
 
 /// h² k/m + 2 h c/m < 4 with the stiffness and all damping of a hand.
-HandStep hand_step(const OperatorModel& hand, Index body, double h) {
-    HandStep step{.body = body};
-    const double damping = hand.damping + hand.hand_damping;
-    step.stable_step = critical_time_step(std::sqrt(hand.hand_stiffness / hand.mass), damping / hand.mass);
-    step.most_stiffness = std::max(0.0, (4.0 * hand.mass - 2.0 * h * damping) / (h * h));
+OperatorStep operator_step(const OperatorModel& coupling, Index body, double h) {
+    OperatorStep step{.body = body};
+    const double damping = coupling.damping + coupling.coupling_damping;
+    step.stable_step =
+        critical_time_step(std::sqrt(coupling.coupling_stiffness / coupling.mass), damping / coupling.mass);
+    step.most_stiffness = std::max(0.0, (4.0 * coupling.mass - 2.0 * h * damping) / (h * h));
     step.unstable = h >= step.stable_step;
     return step;
 }
 
-bool holds_new_hand(const Scene& scene, Index body) {
+bool holds_new_operator(const Scene& scene, Index body) {
     const std::string& instrument = scene.topology.bodies[at(body)].instrument;
     for (Index other = 0; other < body && !instrument.empty(); ++other) {
         const std::optional<Motion>& motion = scene.bodies[at(other)].motion;
@@ -49,27 +50,31 @@ bool holds_new_hand(const Scene& scene, Index body) {
 }
 
 /// 5 % below the limit.
-double substeps_of(const Scene& scene, const HandStep& hand) { return std::ceil(1.05 * scene.dt / hand.stable_step); }
+double substeps_of(const Scene& scene, const OperatorStep& coupling) {
+    return std::ceil(1.05 * scene.dt / coupling.stable_step);
+}
 
-std::string why_hand_unstable(const Scene& scene, const StepCheck& check, const HandStep& hand) {
-    const OperatorModel& model = scene.bodies[at(hand.body)].motion->hand;
-    const double needed = substeps_of(scene, hand);
-    std::string remedy = hand.most_stiffness > 0.0 ? fmt::format("hand_stiffness below {:.3g} N/m", hand.most_stiffness)
-                                                   : fmt::format("less damping");
+std::string why_operator_unstable(const Scene& scene, const StepCheck& check, const OperatorStep& coupling) {
+    const OperatorModel& model = scene.bodies[at(coupling.body)].motion->coupling;
+    const double needed = substeps_of(scene, coupling);
+    std::string remedy = coupling.most_stiffness > 0.0
+                             ? fmt::format("coupling_stiffness below {:.3g} N/m", coupling.most_stiffness)
+                             : fmt::format("less damping");
     if (scene.has_tissue() && needed <= most_substeps) remedy += fmt::format(", {:.0f} sub-steps", needed);
     return fmt::format(
         "the hand on {} ({:g} kg, {:g} N/m, {:g} N s/m) is unstable at steps of {}, its limit is {}: {} or a shorter "
         "dt "
         "would do",
-        scene.topology.bodies[at(hand.body)].name, model.mass, model.hand_stiffness, model.damping + model.hand_damping,
-        milliseconds(scene.dt / check.substeps), milliseconds(hand.stable_step), remedy);
+        scene.topology.bodies[at(coupling.body)].name, model.mass, model.coupling_stiffness,
+        model.damping + model.coupling_damping, milliseconds(scene.dt / check.substeps),
+        milliseconds(coupling.stable_step), remedy);
 }
 
 }  // namespace
 
 bool StepCheck::unstable(double dt) const {
-    return tissue.surely_unstable(dt) ||
-           std::any_of(hands.begin(), hands.end(), [](const HandStep& hand) { return hand.unstable; });
+    return tissue.surely_unstable(dt) || std::any_of(operators.begin(), operators.end(),
+                                                     [](const OperatorStep& coupling) { return coupling.unstable; });
 }
 
 StepCheck check_step(const Scene& scene, const std::string& stepper, bool closely) {
@@ -82,8 +87,8 @@ StepCheck check_step(const Scene& scene, const std::string& stepper, bool closel
     }
     for (Index body = 0; body < scene.topology.body_count() && at(body) < scene.bodies.size(); ++body) {
         const std::optional<Motion>& motion = scene.bodies[at(body)].motion;
-        if (!motion || motion->drive != Drive::simulated_operator || !holds_new_hand(scene, body)) continue;
-        check.hands.push_back(hand_step(motion->hand, body, scene.dt / check.substeps));
+        if (!motion || motion->drive != Drive::simulated_operator || !holds_new_operator(scene, body)) continue;
+        check.operators.push_back(operator_step(motion->coupling, body, scene.dt / check.substeps));
     }
     return check;
 }
@@ -116,8 +121,8 @@ std::string step_remedy(const Scene& scene, const StepEstimate& estimate) {
 }
 
 std::string why_unstable(const Scene& scene, const StepCheck& check) {
-    for (const HandStep& hand : check.hands) {
-        if (hand.unstable) return why_hand_unstable(scene, check, hand);
+    for (const OperatorStep& coupling : check.operators) {
+        if (coupling.unstable) return why_operator_unstable(scene, check, coupling);
     }
     const StepEstimate& tissue = check.tissue;
     if (!tissue.surely_unstable(scene.dt)) return {};
@@ -133,8 +138,8 @@ int stable_substeps(const Scene& scene, const StepCheck& check) {
     if (check.tissue.surely_unstable(scene.dt)) {
         needed = std::max(needed, static_cast<double>(check.tissue.substeps_stable));
     }
-    for (const HandStep& hand : check.hands) {
-        if (hand.unstable) needed = std::max(needed, substeps_of(scene, hand));
+    for (const OperatorStep& coupling : check.operators) {
+        if (coupling.unstable) needed = std::max(needed, substeps_of(scene, coupling));
     }
     return needed <= most_substeps && scene.has_tissue() ? static_cast<int>(needed) : 0;
 }

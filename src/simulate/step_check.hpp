@@ -11,7 +11,7 @@
 namespace trocar {
 
 /// A simulated operator without contact: semi-implicit Euler of one mass, so that the limit is exact.
-struct HandStep {
+struct OperatorStep {
     Index body = -1;              ///< first of the bodies it holds
     double stable_step = 0.0;     ///< s
     double most_stiffness = 0.0;  ///< N/m, of the hand at the step that is taken; 0: its damping alone is too much
@@ -20,7 +20,7 @@ struct HandStep {
 
 struct StepCheck {
     StepEstimate tissue;  ///< no bound where no tissue moves
-    std::vector<HandStep> hands;
+    std::vector<OperatorStep> operators;
     int substeps = 1;  ///< taken by tissue and hands
     /// Any of them is unstable for certain.
     [[nodiscard]] bool unstable(double dt) const;

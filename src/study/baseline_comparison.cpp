@@ -106,7 +106,7 @@ const char* name_of(ContactDifference::What what) {
         case What::changed:
             return "changed";
         case What::missed:
-            return "missed";
+            return "proximity_false_negatives";
         case What::untrue:
             return "untrue";
     }
@@ -148,8 +148,8 @@ void WorstDifferences::add(ContactDifference difference) {
 }
 
 bool AnswerDifference::within(const BaselineTolerance& tolerance) const {
-    return missing == 0 && extra == 0 && other_kind == 0 && outcome.empty() && worst_depth <= tolerance.length &&
-           worst_point <= tolerance.length && worst_angle <= tolerance.angle;
+    return false_negatives == 0 && false_positives == 0 && other_kind == 0 && outcome.empty() &&
+           worst_depth <= tolerance.length && worst_point <= tolerance.length && worst_angle <= tolerance.angle;
 }
 
 AnswerDifference compare_answers(const BaselineAnswer& before, const BaselineAnswer& after,
@@ -173,7 +173,7 @@ AnswerDifference compare_answers(const BaselineAnswer& before, const BaselineAns
             if (now != nullptr) difference.after = *now;
             if (old == nullptr || now == nullptr) {
                 difference.what = old == nullptr ? What::added : What::lost;
-                (old == nullptr ? found.extra : found.missing) += 1;
+                (old == nullptr ? found.false_positives : found.false_negatives) += 1;
                 worst.add(difference);
                 continue;
             }
@@ -210,26 +210,26 @@ TickTruth truth_of(const Topology& topology, const Frame& frame) {
 
 void TruthComparison::add(const Topology& topology, const Frame& frame, const TickTruth& truth,
                           const std::vector<Contact>& contacts) {
-    std::vector<TrianglePair> told;
-    std::map<TrianglePair, const Contact*> meeting;  // pairs that some contact tells to meet
+    std::vector<TrianglePair> reported;
+    std::map<TrianglePair, const Contact*> meeting;  // pairs that some contact reports to meet
     for (const Contact& contact : contacts) {
-        told.push_back({contact.a, contact.b});
-        if (!(contact.depth < 0.0)) meeting.emplace(told.back(), &contact);
+        reported.push_back({contact.a, contact.b});
+        if (!(contact.depth < 0.0)) meeting.emplace(reported.back(), &contact);
     }
-    std::sort(told.begin(), told.end());
-    told.erase(std::unique(told.begin(), told.end()), told.end());
+    std::sort(reported.begin(), reported.end());
+    reported.erase(std::unique(reported.begin(), reported.end()), reported.end());
     ++figures_.ticks;
     figures_.pairs += static_cast<std::int64_t>(truth.pairs.size());
     for (std::size_t i = 0; i < truth.pairs.size(); ++i) {
         const TrianglePair pair = truth.pairs[i];
-        if (std::binary_search(told.begin(), told.end(), pair)) {
-            ++figures_.told;
+        if (std::binary_search(reported.begin(), reported.end(), pair)) {
+            ++figures_.reported;
             meeting.erase(pair);
             continue;
         }
         const bool touch = std::binary_search(truth.touch.begin(), truth.touch.end(), static_cast<Index>(i));
-        ++figures_.missing;
-        if (touch) ++figures_.missing_touch;
+        ++figures_.false_negatives;
+        if (touch) ++figures_.false_negatives_touch;
         worst_.add({.what = What::missed,
                     .tick = frame.tick,
                     .a = pair.a,
@@ -239,8 +239,8 @@ void TruthComparison::add(const Topology& topology, const Frame& frame, const Ti
                     .touch = touch});
     }
     for (const auto& [pair, contact] : meeting) {
-        ++figures_.told;
-        ++figures_.extra;
+        ++figures_.reported;
+        ++figures_.false_positives;
         const TriangleDistance distance =
             triangle_distance(triangle_corners(topology, frame, pair.a), triangle_corners(topology, frame, pair.b));
         worst_.add({.what = What::untrue,
@@ -255,11 +255,12 @@ void TruthComparison::add(const Topology& topology, const Frame& frame, const Ti
 
 bool is_no_worse(const std::optional<TruthFigures>& before, std::int64_t ticks_before, const TruthFigures& after,
                  std::int64_t ticks_after) {
-    if (!before) return after.missing == 0 && after.extra == 0;
-    const std::int64_t ignored = before->missing_touch > 0 ? after.missing_touch : 0;
-    const std::int64_t ignored_before = before->missing_touch;
-    return is_no_larger_part(after.missing - ignored, after.pairs, before->missing - ignored_before, before->pairs) &&
-           is_no_larger_part(after.extra, after.told, before->extra, before->told) &&
+    if (!before) return after.false_negatives == 0 && after.false_positives == 0;
+    const std::int64_t ignored = before->false_negatives_touch > 0 ? after.false_negatives_touch : 0;
+    const std::int64_t ignored_before = before->false_negatives_touch;
+    return is_no_larger_part(after.false_negatives - ignored, after.pairs, before->false_negatives - ignored_before,
+                             before->pairs) &&
+           is_no_larger_part(after.false_positives, after.reported, before->false_positives, before->reported) &&
            is_no_larger_part(before->ticks, ticks_before, after.ticks, ticks_after);
 }
 

@@ -24,14 +24,14 @@ struct ContactDifference {
         lost,     ///< kept, and gone
         added,    ///< not kept
         changed,  ///< another kind or geometry than the one kept
-        missed,   ///< of truth: a pair that meets and was not told
-        untrue    ///< of truth: a pair that was told and does not meet
+        missed,   ///< of truth: a pair that meets and was not reported
+        untrue    ///< of truth: a pair that was reported and does not meet
     };
     What what = What::lost;
     std::int64_t tick = 0;
     Index a = -1;  ///< a < b, triangle numbers of the topology
     Index b = -1;
-    std::optional<Contact> before;  ///< as kept; of `missed` what the coordinates tell (contact/derive.hpp)
+    std::optional<Contact> before;  ///< as kept; of `missed` what the coordinates report (contact/derive.hpp)
     std::optional<Contact> after;
     /// m and rad, of `changed`: how far the two are apart, infinite where only one of them is a number.
     double depth = 0.0;
@@ -60,9 +60,9 @@ private:
 };
 
 struct AnswerDifference {
-    std::int64_t compared = 0;  ///< contacts that both have
-    std::int64_t missing = 0;   ///< contacts of the baseline that are gone
-    std::int64_t extra = 0;     ///< contacts that the baseline does not have
+    std::int64_t compared = 0;         ///< contacts that both have
+    std::int64_t false_negatives = 0;  ///< contacts of the baseline that are gone
+    std::int64_t false_positives = 0;  ///< contacts that the baseline does not have
     std::int64_t other_kind = 0;
     double worst_depth = 0.0;  ///< m, largest of any contact; infinite where only one of the two is a number
     double worst_point = 0.0;  ///< m
@@ -79,7 +79,7 @@ AnswerDifference compare_answers(const BaselineAnswer& before, const BaselineAns
 /// Leaves the ticks that are multiples of `every`.
 void keep_every(std::int64_t every, BaselineAnswer& answer);
 
-/// What the frame itself tells of one tick.
+/// What the frame itself reports one tick.
 struct TickTruth {
     std::vector<TrianglePair> pairs;  ///< that meet, sorted
     std::vector<Index> touch;         ///< positions in pairs of those that only touch
@@ -101,9 +101,9 @@ private:
 };
 
 /// Whether pairs agree with truth at least as well as those of other frames did: no larger part of the true pairs is
-/// missing, no larger part of the told ones untrue, and no smaller part of the stream's `ticks` was looked at. Missing
-/// pairs that only touch do not count where such were missing before: nobody promised them then. Without figures of
-/// before nothing may be wrong.
+/// missing, no larger part of the reported ones untrue, and no smaller part of the stream's `ticks` was examined.
+/// Missing pairs that only touch do not count where such were missing before: nobody promised them then. Without
+/// figures of before nothing may be wrong.
 bool is_no_worse(const std::optional<TruthFigures>& before, std::int64_t ticks_before, const TruthFigures& after,
                  std::int64_t ticks_after);
 

@@ -30,7 +30,7 @@ sigset_t held_signals() {
     return set;
 }
 
-/// The caller's environment; the sanitizers must abort, since an exit status would look like an ordinary end.
+/// The caller's environment; the sanitizers must abort, since an exit status would resemble an ordinary end.
 std::vector<std::string> child_environment() {
     std::vector<std::string> variables;
     std::string sanitizer = "ASAN_OPTIONS=";
@@ -55,7 +55,7 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
 }
 
 /// The line a person would quote: the sanitizer's headline or the uncaught exception, else the last line.
-std::string telling_line(const std::filesystem::path& log) {
+std::string reporting_line(const std::filesystem::path& log) {
     std::ifstream stream(log);
     std::string line;
     std::string last;
@@ -169,7 +169,7 @@ std::optional<ChildEnd> ChildProcess::end() {
         return std::nullopt;
     }
     child_ = -1;
-    end.error = telling_line(log_);
+    end.error = reporting_line(log_);
     return end;
 }
 

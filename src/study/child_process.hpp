@@ -17,7 +17,7 @@ struct ChildEnd {
     enum class Kind { exited, signalled, timed_out, not_started };
     Kind kind = Kind::not_started;
     int code = 0;       ///< exit status, signal number, or errno when not started
-    std::string error;  ///< last telling line that the child wrote to stderr
+    std::string error;  ///< last reporting line that the child wrote to stderr
 };
 
 /// Keeps SIGINT, SIGTERM and SIGCHLD for its own calls to collect, as long as it lives.

@@ -55,21 +55,21 @@ OrderedJson ticks_json(const BaselineAnswer& answer) {
 OrderedJson truth_json(const TruthFigures& truth) {
     return {{"ticks", truth.ticks},
             {"pairs", truth.pairs},
-            {"told", truth.told},
-            {"missing", truth.missing},
-            {"missing_touch", truth.missing_touch},
-            {"extra", truth.extra}};
+            {"reported", truth.reported},
+            {"false_negatives", truth.false_negatives},
+            {"false_negatives_touch", truth.false_negatives_touch},
+            {"false_positives", truth.false_positives}};
 }
 
 TruthFigures read_truth(const JsonNode& node) {
-    node.expect_keys({"ticks", "pairs", "told", "missing", "missing_touch", "extra"});
+    node.expect_keys({"ticks", "pairs", "reported", "false_negatives", "false_negatives_touch", "false_positives"});
     const auto count = [&node](const char* key) { return node.at(key).integer(0, most_stored); };
     return {.ticks = count("ticks"),
             .pairs = count("pairs"),
-            .told = count("told"),
-            .missing = count("missing"),
-            .missing_touch = count("missing_touch"),
-            .extra = count("extra")};
+            .reported = count("reported"),
+            .false_negatives = count("false_negatives"),
+            .false_negatives_touch = count("false_negatives_touch"),
+            .false_positives = count("false_positives")};
 }
 
 Contact read_contact(const JsonNode& node) {
@@ -185,7 +185,7 @@ std::string contact_baseline_schema() {
     return R"({
   "$schema": "https://json-schema.org/draft/2020-12/schema",
   "title": "stored contacts, format trocar-baseline-2",
-  "description": "What trocar baseline write keeps and trocar baseline check reads, one document per scene or recording. Contacts of detectors are canonical ones (trocar computes them from the pairs of triangles, the same way for every detector); those under the name recorded are the ones that the recording carries, as it tells them. Format 1 has neither every nor truth in an entry of detectors, and no recorded contacts.",
+  "description": "What trocar baseline write keeps and trocar baseline check reads, one document per scene or recording. Contacts of detectors are canonical ones (trocar computes them from the pairs of triangles, the same way for every detector); those under the name recorded are the ones that the recording carries, as it reports them. Format 1 has neither every nor truth in an entry of detectors, and no recorded contacts.",
   "type": "object", "additionalProperties": false,
   "required": ["format", "source", "source_hash", "frames_hash", "ticks", "every", "detectors", "contacts"],
   "properties": {
@@ -206,14 +206,14 @@ std::string contact_baseline_schema() {
         "description": "a, b (triangle numbers, a < b), kind, point x y z (m, world), unit normal x y z from a to b, depth (m, positive inside); null: not set"}}}}
   },
   "$defs": {
-    "truth": {"type": "object", "additionalProperties": false, "description": "Pairs of triangles held against exact truth, over all ticks looked at",
-      "required": ["ticks", "pairs", "told", "missing", "missing_touch", "extra"], "properties": {
+    "truth": {"type": "object", "additionalProperties": false, "description": "Pairs of triangles held against exact truth, over all ticks examined",
+      "required": ["ticks", "pairs", "reported", "missing", "false_negatives_touch", "extra"], "properties": {
         "ticks": {"type": "integer", "minimum": 0, "description": "Whose pairs are known and whose frame is finite"},
         "pairs": {"type": "integer", "minimum": 0, "description": "That truly meet"},
-        "told": {"type": "integer", "minimum": 0, "description": "Of the answer; those told to be apart (depth below 0) only where they meet"},
-        "missing": {"type": "integer", "minimum": 0, "description": "True pairs that were not told"},
-        "missing_touch": {"type": "integer", "minimum": 0, "description": "Those of missing that only touch"},
-        "extra": {"type": "integer", "minimum": 0, "description": "Told pairs that do not meet"}}}
+        "reported": {"type": "integer", "minimum": 0, "description": "Of the answer; those made to be apart (depth below 0) only where they meet"},
+        "missing": {"type": "integer", "minimum": 0, "description": "True pairs that were not reported"},
+        "false_negatives_touch": {"type": "integer", "minimum": 0, "description": "Those of missing that only touch"},
+        "extra": {"type": "integer", "minimum": 0, "description": "Reported pairs that do not meet"}}}
   }
 }
 )";

@@ -19,14 +19,14 @@ struct BaselineTick {
     std::vector<Contact> contacts;  ///< kind, a, b, point, normal, depth; the rest is not kept
 };
 
-/// How pairs of triangles agree with exact truth, summed over the ticks that were looked at.
+/// How pairs of triangles agree with exact truth, summed over the ticks that were examined.
 struct TruthFigures {
-    std::int64_t ticks = 0;    ///< whose pairs are known and whose frame is finite
-    std::int64_t pairs = 0;    ///< that truly meet
-    std::int64_t told = 0;     ///< pairs of the answer; those told to be apart (depth below 0) only where they meet
-    std::int64_t missing = 0;  ///< of `pairs`, not told
-    std::int64_t missing_touch = 0;  ///< of `missing`, those that only touch
-    std::int64_t extra = 0;          ///< of `told`, those that do not meet
+    std::int64_t ticks = 0;     ///< whose pairs are known and whose frame is finite
+    std::int64_t pairs = 0;     ///< that truly meet
+    std::int64_t reported = 0;  ///< pairs of the answer; those made to be apart (depth below 0) only where they meet
+    std::int64_t false_negatives = 0;        ///< of `pairs`, not reported
+    std::int64_t false_negatives_touch = 0;  ///< of `false_negatives`, those that only touch
+    std::int64_t false_positives = 0;        ///< of `reported`, those that do not meet
     bool operator==(const TruthFigures&) const = default;
 };
 

@@ -63,7 +63,7 @@ public:
             {&run, output, log, std::make_unique<ChildProcess>(command, log, options_.time_limit_s, signals_)});
     }
 
-    /// Waits until fewer than `most` children run, and tells of the oldest once a second. False when interrupted; then
+    /// Waits until fewer than `most` children run, and reports the oldest once a second. False when interrupted; then
     /// none runs. `done`: runs that are done or started.
     bool wait_until_below(std::size_t most, std::int64_t done) {
         constexpr double between = 1.0;  // s
@@ -153,7 +153,7 @@ std::string binary_identity() {
     return hash.text();
 }
 
-bool is_timed(const RunSpec& spec) { return spec.mode != "hard_case" && spec.mode != "certificate"; }
+bool is_timed(const RunSpec& spec) { return spec.mode != "hard_case" && spec.mode != "metamorphic"; }
 
 std::string run_key(const RunSpec& spec, double time_limit_s) {
     FnvHash hash;
@@ -170,8 +170,8 @@ void shorten_rows(Record& record) {
     };
     for (StepRow& row : record.rows) {
         for (double* value :
-             {&row.max_depth, &row.mean_depth, &row.depth_error, &row.native_depth_error, &row.overlap_volume,
-              &row.min_translation, &row.overshoot, &row.strain_over, &row.max_strain}) {
+             {&row.residual_penetration, &row.residual_penetration_mean, &row.depth_error, &row.native_depth_error,
+              &row.overlap_volume, &row.min_translation, &row.overshoot, &row.strain_over, &row.max_strain}) {
             shorten(*value);
         }
         for (double& component : row.tool_force) shorten(component);
@@ -188,7 +188,7 @@ void thin_rows(Record& record) {
         std::size_t deepest = first;
         std::size_t strongest = first;
         for (std::size_t i = first; i < end; ++i) {
-            if (rows[i].max_depth > rows[deepest].max_depth) deepest = i;
+            if (rows[i].residual_penetration > rows[deepest].residual_penetration) deepest = i;
             if (rows[i].tool_force.norm() > rows[strongest].tool_force.norm()) strongest = i;
         }
         for (std::size_t i = first; i < end; ++i) {

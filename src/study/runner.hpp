@@ -12,8 +12,8 @@
 
 namespace trocar {
 
-/// Hash over the program and every library it has loaded, 16 hex digits: a rebuilt program, or a rival updated on the
-/// system, is another binary.
+/// Hash over the program and every library it has loaded, 16 hex digits: a rebuilt program, or a baseline updated on
+/// the system, is another binary.
 std::string binary_identity();
 
 struct RunnerOptions {
@@ -41,7 +41,7 @@ struct RunnerResult {
 /// records.jsonl is written. `plan` must be completed. Throws InputError when another runner works in the directory.
 RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& options);
 
-/// Whether a report tells a time of this run: then nothing else may run beside it.
+/// Whether a report reports a time of this run: then nothing else may run beside it.
 bool is_timed(const RunSpec& spec);
 
 /// The name under which a run is kept: hash over everything that decides its result.

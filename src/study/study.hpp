@@ -22,14 +22,14 @@ struct StudyMethod {
     std::string setting = "default";  ///< "default" | "recommended" | "tuned"
     std::string basis;                ///< who recommends the setting, or how it was searched and with what budget
     std::vector<std::string> scenes;  ///< of the part's scenes, those it runs on; empty: all
-    /// Of a response in the closed loop: those of the part's detectors and contact sources that it runs with; empty:
+    /// Of a response in the closed loop: those of the part's detectors and contact generators that it runs with; empty:
     /// all.
     std::vector<std::string> detectors = {};
     std::vector<std::string> contacts = {};
     /// Of a response in the closed loop: what it is made for, as RunSpec::stepper, instead of the part's; empty: those.
     std::vector<std::string> steppers = {};
     /// Of a detector in the closed loop: false, its runs are not judged; they are timed, and what truth says of the
-    /// same motion is told of them too.
+    /// same motion is reported them too.
     bool judged = true;
     std::optional<std::string> absent_reason;  ///< set when this build lacks the method: its runs become rows `absent`
 };
@@ -39,17 +39,17 @@ struct ReplayPart {
     std::vector<std::string> scenes;  ///< files, relative to the study file
     std::vector<StudyMethod> detectors;
     std::int64_t ticks = 0;         ///< 0: the scene's own number
-    std::int64_t repetitions = 1;   ///< fresh processes per contestant
+    std::int64_t repetitions = 1;   ///< fresh processes per method
     std::int64_t truth_stride = 1;  ///< truth is computed on every n-th tick
     bool between_ticks = false;     ///< the space-time oracle follows every tick
 };
 
-/// Detector × response × contact source × stepper, each driving its own copy of the scene.
+/// Detector × response × contact generator × stepper, each driving its own copy of the scene.
 struct ClosedLoopPart {
     std::vector<std::string> scenes;
     std::vector<StudyMethod> detectors;
     std::vector<StudyMethod> responses;
-    std::vector<std::string> contacts;       ///< contact sources
+    std::vector<std::string> contacts;       ///< contact generators
     std::vector<std::string> steppers = {};  ///< as RunSpec::stepper; empty: the default one alone
     std::int64_t ticks = 0;
     std::int64_t repetitions = 1;
@@ -84,7 +84,7 @@ struct WorkPrecisionPart {
 
 /// What each switch between two settings of a response changes: turned on alone in `from`, turned off alone in `to`. An
 /// option, which neither setting turns on, is turned on alone in both. Without `to` all switches are options of `from`.
-/// Contacts are of the source that `from` works from by itself; a switch `source` turns that.
+/// Contacts are of the generator that `from` works from by itself; a switch `source` turns that.
 struct AblationPart {
     struct Switch {
         std::string parameter;
@@ -106,11 +106,11 @@ struct AblationPart {
     std::int64_t truth_stride = 1;
 };
 
-/// The switch of an ablation that is no parameter: the contact source.
-inline constexpr const char* source_switch = "source";
+/// The switch of an ablation that is no parameter: the contact generator.
+inline constexpr const char* generator_switch = "source";
 
-/// Methods on scenes, each response on the contact source that it works from by itself; which detector meets which
-/// response is told beside the part.
+/// Methods on scenes, each response on the contact generator that it works from by itself; which detector meets which
+/// response is reported beside the part.
 struct LoopPart {
     std::vector<std::string> scenes;
     std::vector<StudyMethod> detectors;
@@ -122,7 +122,7 @@ struct LoopPart {
 };
 
 /// The hard cases (simulate/hard_case.hpp): every detector on every case of meshes and every family of triangle pairs,
-/// every response (on the answer of the first detector, by its own contact source) on every case that is a scene.
+/// every response (on the answer of the first detector, by its own contact generator) on every case that is a scene.
 struct HardCasesPart {
     std::string folder;  ///< relative to the study file
     std::vector<HardCase> cases;
@@ -156,9 +156,9 @@ struct Study {
     /// last underscore only.
     std::optional<LoopPart> cost_by_size;
     std::optional<HardCasesPart> hard_cases;
-    /// Determinism (simulate/certificate.hpp): every detector on the frames of every scene, every response in the
+    /// Determinism (simulate/metamorphic.hpp): every detector on the frames of every scene, every response in the
     /// closed loop of the first detector. At least two processes: one knows nothing of a fresh one.
-    std::optional<LoopPart> certificate;
+    std::optional<LoopPart> metamorphic;
 };
 
 /// Reads strictly. Throws InputError with a JSON pointer for an unknown key, a wrong type, an impossible number, a
@@ -173,7 +173,7 @@ std::vector<std::string> reference_notes(const Study& study);
 /// JSON Schema document printed by `trocar schema study`.
 std::string study_schema();
 
-/// What a scene file tells a plan.
+/// What a scene file reports a plan.
 struct SceneFacts {
     std::string name;
     std::string hash;        ///< 16 hex digits; empty when the scene could not be read
@@ -208,11 +208,11 @@ struct PlannedRun {
     std::optional<Outcome> settled;
     std::map<std::string, std::string> facts;  ///< more for the record's environment
     /// s, for the plan alone: a line through the default study's runs in ticks, judged ticks and triangles. A slow
-    /// rival or a busy machine takes several times as long.
+    /// baseline or a busy machine takes several times as long.
     double rough_seconds = 0.0;
 };
 
-/// The runs in the order in which they are made: one block per repetition, contestants of a block interleaved at random
+/// The runs in the order in which they are made: one block per repetition, methods of a block interleaved at random
 /// by the study's seed. The same study gives the same list on every machine. Reads no scene.
 std::vector<PlannedRun> make_plan(const Study& study);
 

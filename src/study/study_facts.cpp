@@ -1,4 +1,4 @@
-// What scenes and methods tell a plan and a record, so that a report needs nothing else.
+// What scenes and methods report a plan and a record, so that a report needs nothing else.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Reading a study file, strictly: every fault is told with its place in the file.
+// Reading a study file, strictly: every fault is reported with its place in the file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 namespace trocar {
 namespace {
 
-constexpr const char* study_format = "trocar-study-1";
+constexpr const char* study_format = "trocar-study-2";
 
 /// What only a closed loop's lists know: which detectors run unjudged, and what each response runs with.
 void read_choices(const JsonNode& node, ClosedLoopPart& part) {
@@ -53,7 +53,7 @@ WorkPrecisionPart read_sweeps(const JsonNode& node, const SceneFiles& files, std
         sweep.scenes = read_scenes(item.at("scenes"), files);
         sweep.detectors = read_methods(item.at("detectors"), true, sweep.scenes);
         if (item.has("responses")) sweep.responses = read_methods(item.at("responses"), false, sweep.scenes);
-        if (item.has("contacts")) sweep.contacts = read_source(item.at("contacts"));
+        if (item.has("contacts")) sweep.contacts = read_contact_generator(item.at("contacts"));
         const JsonNode knob = item.at("knob");
         sweep.knob = knob.text();
         const bool of_detector = sweep.knob.rfind("detector.", 0) == 0;
@@ -115,9 +115,9 @@ AblationPart read_ablation(const JsonNode& node, const SceneFiles& files, std::i
                 with.fail("key=value,… of trocar list", error.what());
             }
         }
-        if (one.parameter == source_switch) {
-            (void)read_source(item.at("to"));
-            if (item.has("from")) (void)read_source(item.at("from"));
+        if (one.parameter == generator_switch) {
+            (void)read_contact_generator(item.at("to"));
+            if (item.has("from")) (void)read_contact_generator(item.at("from"));
         } else {
             check_parameter(item, {part.from}, false, one.parameter, one.to);
             if (ends.size() > 1)
@@ -173,7 +173,7 @@ LoopPart read_loop(const JsonNode& node, std::int64_t repetitions, const SceneFi
     return part;
 }
 
-LoopPart read_certificate(const JsonNode& node, const SceneFiles& files) {
+LoopPart read_metamorphic(const JsonNode& node, const SceneFiles& files) {
     expect_object(node, {"scenes", "detectors", "responses", "ticks", "repetitions"}, {"scenes", "detectors"});
     LoopPart part;
     read_counts(node, 2, part);
@@ -197,7 +197,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     expect_object(root,
                   {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes",
                    "replay", "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "cost_by_size",
-                   "hard_cases", "certificate"},
+                   "hard_cases", "metamorphic"},
                   {"format", "name"});
     root.at("format").expect_word(study_format);
 
@@ -237,14 +237,14 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
         part.responses = read_methods(node.at("responses"), false, part.scenes, {"detectors", "contacts", "steppers"});
         if (node.has("contacts")) {
             for (const JsonNode& item : items_of(node.at("contacts"))) {
-                const std::string contacts = read_source(item);
+                const std::string contacts = read_contact_generator(item);
                 if (std::find(part.contacts.begin(), part.contacts.end(), contacts) != part.contacts.end()) {
-                    item.fail("each contact source once", contacts + " again");
+                    item.fail("each contact generator once", contacts + " again");
                 }
                 part.contacts.push_back(contacts);
             }
         } else {
-            part.contacts = {"tracked"};
+            part.contacts = {"tracked_proximity"};
             for (StudyMethod& response : part.responses) serve(part.contacts, response);
         }
         if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
@@ -267,12 +267,12 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     if (root.has("paced")) study.paced = read_loop(root.at("paced"), repetitions, files);
     if (root.has("cost_by_size")) study.cost_by_size = read_loop(root.at("cost_by_size"), repetitions, files);
     if (root.has("hard_cases")) study.hard_cases = read_hard_cases_part(root.at("hard_cases"), file);
-    if (root.has("certificate")) study.certificate = read_certificate(root.at("certificate"), files);
+    if (root.has("metamorphic")) study.metamorphic = read_metamorphic(root.at("metamorphic"), files);
     if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.ablation &&
-        !study.paced && !study.cost_by_size && !study.hard_cases && !study.certificate) {
+        !study.paced && !study.cost_by_size && !study.hard_cases && !study.metamorphic) {
         root.fail(
             "at least one of the keys replay, closed_loop, triangle_pair, work_precision, ablation, paced, "
-            "cost_by_size, hard_cases, certificate",
+            "cost_by_size, hard_cases, metamorphic test",
             "none of them");
     }
     for (const std::string& method : with) add_method(method, study);
@@ -299,7 +299,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
 
 std::vector<std::string> reference_notes(const Study& study) {
     std::vector<std::string> notes;
-    const auto look = [&](const auto& part, const char* name) {
+    const auto search = [&](const auto& part, const char* name) {
         if (!part) return;
         const auto found = std::find_if(part->detectors.begin(), part->detectors.end(),
                                         [&study](const StudyMethod& one) { return one.text == study.reference; });
@@ -313,8 +313,8 @@ std::vector<std::string> reference_notes(const Study& study) {
                                     what, what.starts_with("runs") ? "on the others" : "there"));
     };
     if (study.reference.empty()) return notes;
-    look(study.replay, "replay");
-    if (!study.replay) look(study.closed_loop, "closed_loop");
+    search(study.replay, "replay");
+    if (!study.replay) search(study.closed_loop, "closed_loop");
     return notes;
 }
 

@@ -97,7 +97,7 @@ StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vecto
 
 namespace {
 
-/// Every contestant of the build, each as it comes; one that the build lacks has its reason.
+/// Every method of the build, each as it comes; one that the build lacks has its reason.
 template <typename Entry>
 std::vector<StudyMethod> all_methods(const std::vector<Entry>& entries, const std::vector<AbsentMethod>& absent) {
     std::vector<StudyMethod> methods;
@@ -144,7 +144,7 @@ void add_method(const std::string& text, Study& study) {
         add(study.replay, &ReplayPart::detectors);
         add(study.closed_loop, &ClosedLoopPart::detectors);
         add(study.hard_cases, &HardCasesPart::detectors);
-        add(study.certificate, &LoopPart::detectors);
+        add(study.metamorphic, &LoopPart::detectors);
     } else {
         add(study.closed_loop, &ClosedLoopPart::responses);
         if (study.closed_loop) {
@@ -153,12 +153,12 @@ void add_method(const std::string& text, Study& study) {
             }
         }
         add(study.hard_cases, &HardCasesPart::responses);
-        add(study.certificate, &LoopPart::responses);
+        add(study.metamorphic, &LoopPart::responses);
     }
     if (!taken) {
         throw InputError("--with", "",
-                         is_detector ? "a study with replay, closed_loop, hard_cases or certificate"
-                                     : "a study with closed_loop, hard_cases or certificate",
+                         is_detector ? "a study with replay, closed_loop, hard_cases or metamorphic test"
+                                     : "a study with closed_loop, hard_cases or metamorphic test",
                          study.file.string());
     }
 }
@@ -166,10 +166,10 @@ void add_method(const std::string& text, Study& study) {
 void serve(const std::vector<std::string>& contacts, StudyMethod& response) {
     if (response.absent_reason || !response.contacts.empty()) return;
     const MethodSpec spec = parse_method(response.text);
-    const bool served = std::any_of(contacts.begin(), contacts.end(), [&spec](const std::string& source) {
-        return why_unreadable(registry().source(source), spec).empty();
+    const bool served = std::any_of(contacts.begin(), contacts.end(), [&spec](const std::string& generator) {
+        return why_unreadable(registry().contact_generator(generator), spec).empty();
     });
-    if (!served) response.contacts = {default_source(spec)};
+    if (!served) response.contacts = {default_contact_generator(spec)};
 }
 
 std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
@@ -196,7 +196,7 @@ std::filesystem::path folder_of(const SceneFiles& files) {
 }
 
 /// From the study's folder.
-std::string way_to(const std::filesystem::path& scene, const SceneFiles& files) {
+std::string path_to(const std::filesystem::path& scene, const SceneFiles& files) {
     return std::filesystem::proximate(scene, folder_of(files)).generic_string();
 }
 
@@ -216,7 +216,7 @@ std::vector<std::string> scenes_like(const JsonNode& item, const SceneFiles& fil
     }
     if (scenes.empty() && folder.empty()) {
         for (const std::filesystem::path& file : files.shipped) {
-            if (fits(file.filename().string())) scenes.push_back(way_to(file, files));
+            if (fits(file.filename().string())) scenes.push_back(path_to(file, files));
         }
     }
     if (scenes.empty()) {
@@ -232,7 +232,7 @@ std::string scene_named(const JsonNode& item, const SceneFiles& files) {
     if (std::filesystem::is_regular_file(folder_of(files) / given)) return item.text();
     if (!given.has_parent_path() && (!given.has_extension() || given.extension() == ".json")) {
         for (const std::filesystem::path& file : files.shipped) {
-            if (file.stem() == given.stem()) return way_to(file, files);
+            if (file.stem() == given.stem()) return path_to(file, files);
         }
     }
     item.fail("a scene file, relative to the study file, or a name that `trocar scenes` lists",
@@ -276,9 +276,9 @@ void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& metho
     }
 }
 
-std::string read_source(const JsonNode& node) {
+std::string read_contact_generator(const JsonNode& node) {
     std::vector<std::string> names;
-    for (const SourceEntry& entry : registry().sources()) names.push_back(entry.name);
+    for (const ContactGeneratorEntry& entry : registry().contact_generators()) names.push_back(entry.name);
     return node.word(names);
 }
 

@@ -28,7 +28,7 @@ StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vecto
                         const std::vector<std::string>& more_keys = {});
 /// Whether "all" stands where a list of methods could.
 bool names_all(const JsonNode& node);
-/// A list of methods, each once; or "all": every contestant of the build, the absent ones too.
+/// A list of methods, each once; or "all": every method of the build, the absent ones too.
 std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
                                       const std::vector<std::string>& more_keys = {});
 /// Checks a parameter of every method of the list by making the method with it.
@@ -36,10 +36,10 @@ void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& metho
                      const std::string& key, const std::string& value);
 
 /// Adds a method that the command line names to the parts that take one of its kind: replay, closed loop, hard cases,
-/// certificate. Throws InputError for an unknown method, and for a study without such a part.
+/// metamorphic test. Throws InputError for an unknown method, and for a study without such a part.
 void add_method(const std::string& text, Study& study);
 
-/// Where the scenes of a study are looked for.
+/// Where the scenes of a study are searched for.
 struct SceneFiles {
     std::filesystem::path study;                 ///< the study file: first what lies relative to it
     std::vector<std::filesystem::path> shipped;  ///< then these, by name
@@ -52,8 +52,8 @@ void serve(const std::vector<std::string>& contacts, StudyMethod& response);
 /// Scene files that are there, each once, as paths relative to the study file. A name without a folder, with or without
 /// .json, may be that of a shipped scene; patterns of a shell behind the last slash stand for what fits them.
 std::vector<std::string> read_scenes(const JsonNode& node, const SceneFiles& files);
-/// Name of a contact source of this build.
-std::string read_source(const JsonNode& node);
+/// Name of a contact generator of this build.
+std::string read_contact_generator(const JsonNode& node);
 /// As RunSpec::stepper has them, each once.
 std::vector<std::string> read_steppers(const JsonNode& node);
 /// An object of settings, or the text of a command line. As RunSpec::device has it.

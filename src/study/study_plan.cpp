@@ -45,28 +45,29 @@ void settle_absent(PlannedRun& run) {
 }
 
 /// Why a detector has nothing to give for contacts of this source; empty when it has.
-std::string untold(const StudyMethod& detector, const std::string& contacts) {
+std::string unreported(const StudyMethod& detector, const std::string& contacts) {
     if (detector.absent_reason) return {};
-    return why_untold(registry().detector(parse_method(detector.text).name), registry().source(contacts));
+    return why_unreported(registry().detector(parse_method(detector.text).name),
+                          registry().contact_generator(contacts));
 }
 
 /// Why a response can do nothing with contacts of this source; empty when it can.
 std::string unreadable(const StudyMethod& response, const std::string& contacts) {
     if (response.absent_reason) return {};
-    return why_unreadable(registry().source(contacts), parse_method(response.text));
+    return why_unreadable(registry().contact_generator(contacts), parse_method(response.text));
 }
 
-/// The contact source that a response works from where nobody names one.
-std::string own_source(const StudyMethod& response) {
-    if (response.absent_reason) return "canonical";
-    return default_source(parse_method(response.text));
+/// The contact generator that a response works from where nobody names one.
+std::string own_contact_generator(const StudyMethod& response) {
+    if (response.absent_reason) return "intersection";
+    return default_contact_generator(parse_method(response.text));
 }
 
 /// Why the two cannot work on contacts of this source; empty when they can, and for a detector alone.
 std::string why_without_contacts(const StudyMethod& detector, const StudyMethod& response,
                                  const std::string& contacts) {
     if (response.text.empty()) return {};
-    const std::string reason = untold(detector, contacts);
+    const std::string reason = unreported(detector, contacts);
     return reason.empty() ? unreadable(response, contacts) : reason;
 }
 
@@ -110,7 +111,7 @@ void add_loops(const Study& study, const std::string& mode, const std::optional<
                 if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
                 for (const std::string& stepper : steppers) {
                     PlannedRun run = planned(study, mode, scene, part->ticks, 0, repetition, detector, response,
-                                             own_source(response));
+                                             own_contact_generator(response));
                     run.spec.stepper = stepper;
                     run.facts["run.stepper"] = stepper.empty() ? registry().default_stepper().name : stepper;
                     if (!run.settled || repetition == 0) add_run(std::move(run), runs);
@@ -133,7 +134,7 @@ void add_sweeps(const Study& study, std::int64_t repetition, std::vector<Planned
                 for (const StudyMethod& response : responses) {
                     if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
                     const bool own = sweep.contacts.empty() && !response.text.empty();
-                    const std::string contacts = own ? own_source(response) : sweep.contacts;
+                    const std::string contacts = own ? own_contact_generator(response) : sweep.contacts;
                     const std::string reason = why_without_contacts(detector, response, contacts);
                     for (const std::string& value : sweep.values) {
                         PlannedRun run =
@@ -165,10 +166,10 @@ void add_ablation(const Study& study, std::int64_t repetition, std::vector<Plann
     };
     for (const std::string& scene : part.scenes) {
         const auto add = [&](const StudyMethod& response, const std::string& knob, const std::string& point,
-                             const std::string& silent, const std::string& source = {}) {
+                             const std::string& silent, const std::string& generator = {}) {
             if (response.text.empty()) return;
             PlannedRun run = planned(study, "ablation", scene, part.ticks, part.truth_stride, repetition, part.detector,
-                                     response, source.empty() ? own_source(part.from) : source);
+                                     response, generator.empty() ? own_contact_generator(part.from) : generator);
             run.spec.knob = knob;
             run.spec.point = point;
             if (!silent.empty()) run.facts["ablation.silent"] = silent;
@@ -176,7 +177,7 @@ void add_ablation(const Study& study, std::int64_t repetition, std::vector<Plann
         };
         add(part.from, "", "from", {});
         add(part.to, "", "to", {});
-        std::set<std::string> told;  // surroundings whose two ends are planned
+        std::set<std::string> reported;  // surroundings whose two ends are planned
         for (const AblationPart::Switch& one : part.switches) {
             if (!one.scenes.empty() && std::find(one.scenes.begin(), one.scenes.end(), scene) == one.scenes.end()) {
                 continue;
@@ -184,24 +185,24 @@ void add_ablation(const Study& study, std::int64_t repetition, std::vector<Plann
             const std::string ending = one.with.empty() ? std::string() : "; " + one.with;
             const StudyMethod from = surrounded(part.from, one.with);
             const StudyMethod to = surrounded(part.to, one.with);
-            if (!one.with.empty() && told.insert(one.with).second) {
+            if (!one.with.empty() && reported.insert(one.with).second) {
                 add(from, "", "from" + ending, {});
                 add(to, "", "to" + ending, {});
             }
             const std::string& back = one.from.empty() ? one.to : one.from;
-            const bool is_source = one.parameter == source_switch;
-            const auto turned = [&one, is_source](const StudyMethod& method, const std::string& value) {
-                return is_source || method.text.empty() ? method : with_parameter(method, one.parameter, value);
+            const bool is_generator = one.parameter == generator_switch;
+            const auto turned = [&one, is_generator](const StudyMethod& method, const std::string& value) {
+                return is_generator || method.text.empty() ? method : with_parameter(method, one.parameter, value);
             };
             add(turned(from, one.to), one.parameter, fmt::format("from{} with {}", ending, one.to), one.silent_from,
-                is_source ? one.to : std::string());
+                is_generator ? one.to : std::string());
             add(turned(to, back), one.parameter, fmt::format("to{} with {}", ending, back), one.silent_to,
-                is_source ? back : std::string());
+                is_generator ? back : std::string());
         }
     }
 }
 
-/// What a record must tell of its case, so that the report needs no other file.
+/// What a record must report its case, so that the report needs no other file.
 std::map<std::string, std::string> facts_of(const HardCase& hard_case) {
     std::map<std::string, std::string> facts{{"case.of", hard_case.of},
                                              {"case.reason", hard_case.reason},
@@ -223,7 +224,7 @@ void add_hard_cases(const Study& study, std::int64_t repetition, std::vector<Pla
                          const StudyMethod& detector, const StudyMethod& response,
                          std::map<std::string, std::string> facts, const std::optional<Outcome>& settled) {
         PlannedRun run = planned(study, "hard_case", file, ticks, part.truth_stride, repetition, detector, response,
-                                 response.text.empty() ? "" : own_source(response));
+                                 response.text.empty() ? "" : own_contact_generator(response));
         run.spec.scene = name;
         run.facts = std::move(facts);
         if (settled) run.settled = settled;
@@ -253,13 +254,13 @@ void add_hard_cases(const Study& study, std::int64_t repetition, std::vector<Pla
     }
 }
 
-void add_certificates(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
-    if (!study.certificate || repetition >= study.certificate->repetitions) return;
-    const LoopPart& part = *study.certificate;
+void add_metamorphic_tests(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
+    if (!study.metamorphic || repetition >= study.metamorphic->repetitions) return;
+    const LoopPart& part = *study.metamorphic;
     for (const std::string& scene : part.scenes) {
         const auto add = [&](const StudyMethod& detector, const StudyMethod& response) {
-            PlannedRun run = planned(study, "certificate", scene, part.ticks, 0, repetition, detector, response,
-                                     response.text.empty() ? "" : own_source(response));
+            PlannedRun run = planned(study, "metamorphic", scene, part.ticks, 0, repetition, detector, response,
+                                     response.text.empty() ? "" : own_contact_generator(response));
             if (!run.settled || repetition == 0) add_run(std::move(run), runs);
         };
         for (const StudyMethod& detector : part.detectors) {
@@ -271,7 +272,7 @@ void add_certificates(const Study& study, std::int64_t repetition, std::vector<P
     }
 }
 
-/// The runs of one repetition; an unanswerable combination is told once, in the first repetition, not per scene.
+/// The runs of one repetition; an unanswerable combination is reported once, in the first repetition, not per scene.
 std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     std::vector<PlannedRun> runs;
     const auto wanted = [repetition](const PlannedRun& run) { return !run.settled || repetition == 0; };
@@ -288,16 +289,16 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
     }
     if (study.closed_loop && repetition < study.closed_loop->repetitions) {
         const ClosedLoopPart& part = *study.closed_loop;
-        std::vector<std::string> sources = part.contacts;
+        std::vector<std::string> contact_generators = part.contacts;
         for (const StudyMethod& response : part.responses) {
             for (const std::string& own : response.contacts) {
-                if (!is_among(sources, own)) sources.push_back(own);
+                if (!is_among(contact_generators, own)) contact_generators.push_back(own);
             }
         }
         const auto takes = [&part](const StudyMethod& response, const std::string& contacts) {
             return is_among(response.contacts.empty() ? part.contacts : response.contacts, contacts);
         };
-        for (const std::string& contacts : sources) {
+        for (const std::string& contacts : contact_generators) {
             for (const StudyMethod& response : part.responses) {
                 const std::string reason = unreadable(response, contacts);
                 if (reason.empty() || repetition > 0 || !takes(response, contacts)) continue;
@@ -307,7 +308,7 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
                 add_run(std::move(run), runs);
             }
             for (const StudyMethod& detector : part.detectors) {
-                if (const std::string reason = untold(detector, contacts); !reason.empty()) {
+                if (const std::string reason = unreported(detector, contacts); !reason.empty()) {
                     if (repetition > 0) continue;
                     PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, detector,
                                              StudyMethod{}, contacts);
@@ -340,14 +341,14 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
         for (const std::string& scene : study.triangle_pair->scenes) {
             PlannedRun run =
                 planned(study, "triangle_pair", scene, study.triangle_pair->ticks, study.triangle_pair->truth_stride,
-                        repetition, StudyMethod{}, study.triangle_pair->response, "canonical");
+                        repetition, StudyMethod{}, study.triangle_pair->response, "intersection");
             if (wanted(run)) add_run(std::move(run), runs);
         }
     }
     add_sweeps(study, repetition, runs);
     add_ablation(study, repetition, runs);
     add_hard_cases(study, repetition, runs);
-    add_certificates(study, repetition, runs);
+    add_metamorphic_tests(study, repetition, runs);
     add_loops(study, "cost_by_size", study.cost_by_size, repetition, runs);
     add_loops(study, "paced", study.paced, repetition, runs);
     return runs;
@@ -363,7 +364,7 @@ double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {
     constexpr double judged_triangle = 1.2e-6;
     if (spec.mode == "paced") return start + 2.0 * ticks * facts.dt;
     if (is_mesh_case(spec)) return start;
-    if (spec.mode == "certificate") return start + 7.0 * ticks * (tick + tick_triangle * triangles);
+    if (spec.mode == "metamorphic") return start + 7.0 * ticks * (tick + tick_triangle * triangles);
     const double truth =
         spec.mode == "triangle_pair" || spec.truth_stride == 0 ? 0.0 : ticks / static_cast<double>(spec.truth_stride);
     return start + ticks * (tick + tick_triangle * triangles) + truth * (judged + judged_triangle * triangles);
@@ -383,7 +384,7 @@ StudyMethod with_parameter(const StudyMethod& method, const std::string& key, co
 std::vector<PlannedRun> make_plan(const Study& study) {
     std::int64_t repetitions = 0;
     if (study.hard_cases) repetitions = std::max<std::int64_t>(repetitions, 1);
-    if (study.certificate) repetitions = std::max(repetitions, study.certificate->repetitions);
+    if (study.metamorphic) repetitions = std::max(repetitions, study.metamorphic->repetitions);
     if (study.work_precision) repetitions = std::max(repetitions, study.work_precision->repetitions);
     if (study.ablation) repetitions = std::max(repetitions, study.ablation->repetitions);
     if (study.cost_by_size) repetitions = std::max(repetitions, study.cost_by_size->repetitions);

@@ -5,17 +5,17 @@ namespace trocar {
 std::string study_schema() {
     return R"({
   "$schema": "https://json-schema.org/draft/2020-12/schema",
-  "title": "trocar study, format trocar-study-1",
+  "title": "trocar study, format trocar-study-2",
   "description": "What to compare. Every run is made in a process of its own with a time limit; a crash or a time-out is a row. Scene files are relative to the study file. A method is NAME[:key=value,...] as in trocar list; one that this build lacks becomes rows 'absent', an unknown one is bad input.",
   "type": "object",
   "additionalProperties": false,
   "required": ["format", "name"],
-  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["ablation"]}, {"required": ["paced"]}, {"required": ["cost_by_size"]}, {"required": ["hard_cases"]}, {"required": ["certificate"]}],
+  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["ablation"]}, {"required": ["paced"]}, {"required": ["cost_by_size"]}, {"required": ["hard_cases"]}, {"required": ["metamorphic test"]}],
   "properties": {
-    "format": {"const": "trocar-study-1"},
+    "format": {"const": "trocar-study-2"},
     "name": {"type": "string", "pattern": "^[A-Za-z0-9_-]+$", "description": "Names the folder of the report"},
     "seed": {"type": "integer", "minimum": 0, "default": 1, "description": "Order of the runs, and seed of everything random in a run"},
-    "repetitions": {"type": "integer", "minimum": 1, "default": 1, "description": "Fresh processes per contestant; intervals are 95 % from 10 up, minimum to maximum below"},
+    "repetitions": {"type": "integer", "minimum": 1, "default": 1, "description": "Fresh processes per method; intervals are 95 % from 10 up, minimum to maximum below"},
     "time_limit_s": {"type": "number", "exclusiveMinimum": 0, "default": 60, "description": "Per run, s; a longer run is ended and becomes a row timed_out"},
     "device": {
       "description": "What shows the force on the tool, the same for every response of the study: an object, or the same as text (tip=sum,saturation=3) as in trocar run --device",
@@ -40,13 +40,13 @@ std::string study_schema() {
         "truth_stride": {"$ref": "#/$defs/truth_stride"},
         "between_ticks": {"type": "boolean", "default": false, "description": "Also ask the space-time oracle on every tick: contacts that begin between frames, events missed, onset latency"}}},
     "closed_loop": {
-      "description": "Every detector with every response and contact source, each driving its own copy of the scene",
+      "description": "Every detector with every response and contact generator, each driving its own copy of the scene",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "responses"],
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"},
-        "detectors": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'judged': false, its runs are timed and not judged; what truth says of a run that moves alike, bit by bit, is told of them too"},
+        "detectors": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'judged': false, its runs are timed and not judged; what truth says of a run that moves alike, bit by bit, is reported them too"},
         "responses": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'detectors' and 'contacts': those of the part's that it runs with; default all"},
-        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["tracked"], "items": {"enum": ["native", "canonical", "near", "tracked"]}, "description": "Absent, a response that cannot work from tracked contacts runs on its own source, as in trocar run"},
+        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["tracked_proximity"], "items": {"enum": ["native", "intersection", "proximity", "tracked_proximity"]}, "description": "Absent, a response that cannot work from tracked contacts runs on its own source, as in trocar run"},
         "steppers": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["semi_implicit"], "items": {"type": "string", "description": "NAME[:key=value,...] as in trocar list"}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"},
@@ -67,7 +67,7 @@ std::string study_schema() {
           "properties": {
             "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
             "responses": {"$ref": "#/$defs/methods", "description": "Absent: the detectors on replayed frames"},
-            "contacts": {"enum": ["native", "canonical", "near", "tracked"], "description": "Absent: each response's own, as in trocar run"},
+            "contacts": {"enum": ["native", "intersection", "proximity", "tracked_proximity"], "description": "Absent: each response's own, as in trocar run"},
             "knob": {"type": "string", "description": "dt (s, the run keeps its length), k (N/m, contact stiffness), substeps, detector.KEY or response.KEY with a parameter of trocar list"},
             "values": {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}}}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
@@ -81,7 +81,7 @@ std::string study_schema() {
         "switches": {"type": "array", "minItems": 1, "items": {
           "type": "object", "additionalProperties": false, "required": ["parameter", "to"],
           "properties": {
-            "parameter": {"type": "string", "description": "Of trocar list, or 'source': the contact source"},
+            "parameter": {"type": "string", "description": "Of trocar list, or 'source': the contact generator"},
             "from": {"type": "string", "description": "What 'from' stands for; absent: an option, which neither setting turns on and which is turned on in both"},
             "to": {"type": "string", "description": "What 'to' stands for, or the option's value"},
             "with": {"type": "string", "description": "key=value,... set in both settings while this switch is turned: what it needs to act"},
@@ -114,8 +114,8 @@ std::string study_schema() {
         "families": {"type": "array", "minItems": 1, "items": {"type": "string", "pattern": "^data:"}, "description": "Files of triangle pairs with truth, as `trocar tritri` reads them; without the data folder they become rows 'unsupported (no data)'"},
         "detectors": {"$ref": "#/$defs/methods"}, "responses": {"$ref": "#/$defs/methods"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
-    "certificate": {
-      "description": "Determinism certificate: the same question asked twice, in a fresh process, with triangles and bodies in another order, a pair swapped, the origin moved, lengths in millimetres. Detectors on about 20 frames of each scene, responses (on the contacts of the first detector) in the closed loop. Records of these runs hold no single ticks",
+    "metamorphic test": {
+      "description": "Determinism metamorphic test: the same question asked twice, in a fresh process, with triangles and bodies in another order, a pair swapped, the origin moved, lengths in millimetres. Detectors on about 20 frames of each scene, responses (on the contacts of the first detector) in the closed loop. Records of these runs hold no single ticks",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors"],
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},
@@ -124,7 +124,7 @@ std::string study_schema() {
   },
   "$defs": {
     "scenes": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}, "description": "Files relative to the study; a name without a folder may be one that trocar scenes lists; one with *, ? or [...] stands for all that fit, as in a shell"},
-    "methods": {"oneOf": [{"const": "all", "description": "Every contestant of trocar list, absent ones too"}, {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}}]},
+    "methods": {"oneOf": [{"const": "all", "description": "Every method of trocar list, absent ones too"}, {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}}]},
     "method": {"oneOf": [
       {"type": "string", "minLength": 1},
       {"type": "object", "additionalProperties": false, "required": ["method"],

@@ -20,7 +20,7 @@ inline bool leaves_limit(const TickContact& contact, double force) {
 
 /// Backward Euler of all contacts over a step of h (s): a contact that is on gives what its StepLaw says of its rate
 /// (m/s) after the step, and none but a bilateral or adhesive one pulls. `solved()` solves for the flags `on` and
-/// `capped` as they are and tells whether it could; `rate_of(contact)` is then its rate (m/s). False where a guess
+/// `capped` as they are and says whether it could; `rate_of(contact)` is then its rate (m/s). False where a guess
 /// cannot be solved, which makes further guesses worthless, or where none settles; forces are N.
 template <typename Solved, typename RateOf>
 bool find_active(std::span<TickContact> contacts, double h, const Solved& solved, const RateOf& rate_of) {

@@ -56,12 +56,12 @@ bool BodyBoxes::may_meet(Index body, const Vector3& from, const Vector3& to, dou
     if (opposite_[at(body)].empty()) return true;
     return std::any_of(opposite_[at(body)].begin(), opposite_[at(body)].end(), [&](Index other) {
         const Place& place = places_[at(other)];
-        Box way;
-        way.add(place.to_own * (from - place.origin));
-        way.add(place.to_own * (to - place.origin));
-        way.min.array() -= distance;
-        way.max.array() += distance;
-        return way.overlaps(place.box);
+        Box path;
+        path.add(place.to_own * (from - place.origin));
+        path.add(place.to_own * (to - place.origin));
+        path.min.array() -= distance;
+        path.max.array() += distance;
+        return path.overlaps(place.box);
     });
 }
 

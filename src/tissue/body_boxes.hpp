@@ -1,5 +1,5 @@
 // Where the bodies of a scene are, one box for each: whether a vertex of tissue that goes somewhere else can have met
-// any of them. A stepper that leaves the far field behind asks before it tells how far the tissue has gone.
+// any of them. A stepper that leaves the far field behind asks before it says how far the tissue has gone.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ public:
     void start(const Frame& frame);
     /// Bodies that are not tissue, as the frame has them, where it says that they may have moved.
     void follow(const Frame& frame);
-    /// Whether other tissue may meet that body's: then it has to be told of with `extend`.
+    /// Whether other tissue may meet that body's: then it has to be reported with `extend`.
     [[nodiscard]] bool has_opposite_tissue(Index body) const { return has_opposite_tissue_[at(body)] != 0; }
     /// Tissue of that body gets as far as this point (m).
     void extend(Index body, const Vector3& point);

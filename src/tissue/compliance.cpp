@@ -189,7 +189,7 @@ void Compliance::begin(const SpringArrays& springs, const SpringSystem& system, 
 void Compliance::grow() {
     const std::size_t first = tissue_.ring_end.size() > 1 ? tissue_.ring_end[tissue_.ring_end.size() - 2] : 0;
     const std::size_t end = tissue_.ring_end.back();
-    const auto reach = [&](Index v) {
+    const auto query_distance = [&](Index v) {
         if (number_[at(v)] < 0) {
             number_[at(v)] = static_cast<Index>(tissue_.vertices.size());
             tissue_.vertices.push_back(v);
@@ -200,7 +200,7 @@ void Compliance::grow() {
         if (is_in_[s] != 0) return;
         is_in_[s] = 1;
         tissue_.springs.push_back(s);
-        tissue_.ends.push_back({reach(springs_->i[s]), reach(springs_->j[s])});
+        tissue_.ends.push_back({query_distance(springs_->i[s]), query_distance(springs_->j[s])});
     };
     for (std::size_t n = first; n < end; ++n) {
         const std::size_t v = at(tissue_.vertices[n]);

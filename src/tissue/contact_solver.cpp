@@ -16,8 +16,8 @@ ContactSolver::ContactSolver(Index vertex_count, std::size_t moving) : contacts_
     }
 }
 
-void ContactSolver::collect(const Effect& effect, const Frame& frame, const TissueState& state) {
-    contacts_.collect(effect, frame, state);
+void ContactSolver::collect(const ResponseOutput& output, const Frame& frame, const TissueState& state) {
+    contacts_.collect(output, frame, state);
     crowded_ = false;
     passes_ = 0;
     mass_.clear();
@@ -205,13 +205,13 @@ double ContactSolver::force_alone(double h, const TickContact& contact, double s
 }
 
 void ContactSolver::rub(double h, TissueState& state) {
-    if (!contacts_.any_rubs()) return;
-    contacts_.gather_grip();
+    if (!contacts_.any_has_friction()) return;
+    contacts_.gather_anchor();
     for (std::size_t a = 0; a < contacts_.all().size(); ++a) {
         TickContact& contact = contacts_.all()[a];
-        if (!contact.rubs) continue;
+        if (!contact.has_friction) continue;
         contact.rubbed.setZero();
-        if (!contacts_.grips(a)) continue;
+        if (!contacts_.anchors(a)) continue;
         contacts_.rub(a, h, TickContacts::speed(contact, state));
         for (int i = 0; i < contact.count; ++i) {
             const Index v = contact.vertex[at(i)];

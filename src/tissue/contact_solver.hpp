@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "scene/world.hpp"
 #include "tissue/spring_kernels.hpp"
 #include "tissue/tick_contacts.hpp"
@@ -19,11 +19,11 @@ public:
     ContactSolver(Index vertex_count, std::size_t moving);
 
     /// As TickContacts has it.
-    void collect(const Effect& effect, const Frame& frame, const TissueState& state);
+    void collect(const ResponseOutput& output, const Frame& frame, const TissueState& state);
     [[nodiscard]] TickContacts& contacts() { return contacts_; }
     [[nodiscard]] const TickContacts& contacts() const { return contacts_; }
 
-    /// Settings `explicit` and `hold`: every contact gives what it holds.
+    /// Settings `explicit` and `unilateral`: every contact gives what it holds.
     void push_held(double h, TissueState& state);
     /// Finds which contacts are on in this sub-step of h (s) and gives the touched vertices their new velocities.
     void solve(double h, TissueState& state);

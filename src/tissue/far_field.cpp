@@ -18,9 +18,9 @@ FarField::FarField(RegionTissue& region) : region_(&region) {
             Index owner = fine.parent[node][0];
             double best = -1.0;
             for (std::size_t n = 0; n < 3; ++n) {
-                const double share = fine.share[node][n];
+                const double weight = fine.weight[node][n];
                 const Index parent = fine.parent[node][n];
-                const double worth = share + (share > 0.0 && levels[level + 1].fixed[at(parent)] == 0 ? 1.0 : 0.0);
+                const double worth = weight + (weight > 0.0 && levels[level + 1].fixed[at(parent)] == 0 ? 1.0 : 0.0);
                 if (worth <= best) continue;
                 best = worth;
                 owner = parent;
@@ -88,12 +88,12 @@ void FarField::follow(std::size_t most, std::size_t most_beside) {
             late_.pop_back();
         }
     }
-    region_->tell_pulls();
+    region_->report_pulls();
 }
 
 /// What no node takes along is seen, too, and what is left of wrinkles.
 void FarField::go_around() {
-    for (std::size_t n = 0; n < std::min(most_, order_.size()) && look_at(order_[around_]); ++n) {
+    for (std::size_t n = 0; n < std::min(most_, order_.size()) && examine(order_[around_]); ++n) {
         if (++around_ < order_.size()) continue;
         around_ = 0;
         last_stretch_ = stretch_;
@@ -103,15 +103,15 @@ void FarField::go_around() {
 
 /// False where this tick may put no more. A close look puts the vertices around where they are, too; where a tick has
 /// no room for that, the vertex alone is put.
-bool FarField::look_at(Index vertex) {
+bool FarField::examine(Index vertex) {
     const RegionLevel& vertices = region_->levels()[0];
     const std::size_t put = region_->put() - put_before_;
-    const std::size_t looks = 1 + vertices.first_edge[at(vertex) + 1] - vertices.first_edge[at(vertex)];
-    if (put + std::min(looks, most_) > most_ || put == most_) return false;
-    if (looks > most_) {
+    const std::size_t examined_count = 1 + vertices.first_edge[at(vertex) + 1] - vertices.first_edge[at(vertex)];
+    if (put + std::min(examined_count, most_) > most_ || put == most_) return false;
+    if (examined_count > most_) {
         region_->refresh(0, vertex);
     } else {
-        stretch_ = std::max(stretch_, region_->visit(vertex));
+        stretch_ = std::max(stretch_, region_->relax(vertex));
     }
     return true;
 }
@@ -121,14 +121,14 @@ void FarField::find_late() {
     late_.clear();
     const std::vector<RegionLevel>& levels = region_->levels();
     for (std::size_t level = levels.size() - 1; level > 0; --level) {
-        for (const Index node : levels[level].awake_nodes) {
+        for (const Index node : levels[level].active_nodes) {
             Holding& holding = holding_[level][at(node)];
             const Eigen::Vector4d displacement = levels[level].displacement.col(node);
             if (holding.seen < turn_ - 1) {
                 // It has moved with the node that it slept with and what this has moved is as late as that is.
                 const Index owner = owner_[level][at(node)];
                 holding.passed = displacement;
-                if (levels[level + 1].awake[at(owner)] != 0) {
+                if (levels[level + 1].active[at(owner)] != 0) {
                     holding.passed -= levels[level + 1].displacement.col(owner) - holding_[level + 1][at(owner)].passed;
                 }
                 holding.next = holding.first;
@@ -148,14 +148,14 @@ void FarField::find_beside(std::size_t most) {
     beside_.clear();
     if (holding_.size() < 2) return;
     const std::vector<RegionLevel>& levels = region_->levels();
-    for (const Index node : levels[1].awake_nodes) {
+    for (const Index node : levels[1].active_nodes) {
         const Holding& holding = holding_[1][at(node)];
         if (holding.first == holding.end) continue;
         const double across = 2.0 * levels[1].spacing[at(node)];
         if (!region_->is_beside_others(order_[holding.first], across)) continue;
         for (std::uint32_t n = holding.first; n < holding.end; ++n) {
             const Index vertex = order_[n];
-            if (levels[0].awake[at(vertex)] != 0) continue;
+            if (levels[0].active[at(vertex)] != 0) continue;
             if (!region_->is_beside_others(vertex, 0.0)) continue;
             if (beside_.size() == most) return;
             beside_.push_back(vertex);
@@ -165,7 +165,7 @@ void FarField::find_beside(std::size_t most) {
 
 bool FarField::pass_over(const Late& late) {
     const std::vector<RegionLevel>& levels = region_->levels();
-    if (levels[late.level].awake[at(late.node)] == 0) return true;  // since it was found
+    if (levels[late.level].active[at(late.node)] == 0) return true;  // since it was found
     Holding& holding = holding_[late.level][at(late.node)];
     if (holding.next == holding.first) holding.beginning = levels[late.level].displacement.col(late.node);
     while (holding.next < holding.end) {
@@ -175,13 +175,13 @@ bool FarField::pass_over(const Late& late) {
         Index node = vertex;
         for (std::size_t level = 1; level < late.level; ++level) {
             node = owner_[level - 1][at(node)];
-            if (levels[level].awake[at(node)] != 0) beyond = holding_[level][at(node)].end;
+            if (levels[level].active[at(node)] != 0) beyond = holding_[level][at(node)].end;
         }
         if (beyond > 0) {
             holding.next = beyond;
             continue;
         }
-        if (!look_at(vertex)) return false;
+        if (!examine(vertex)) return false;
         ++holding.next;
     }
     holding.passed = holding.beginning;

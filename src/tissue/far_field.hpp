@@ -1,5 +1,5 @@
 // Follows what sleeps in a RegionTissue, so many vertices a tick: first those whose nodes have gone furthest since they
-// were last looked at, so that what lies near a moving tool is never far from where it should be and what rests costs
+// were last examined, so that what lies near a moving tool is never far from where it should be and what rests costs
 // nothing; in one tick of four one after the other.
 #pragma once
 
@@ -21,8 +21,8 @@ public:
     /// Everything that sleeps is where its nodes have it.
     void start();
     /// Puts up to `most` vertices where they are by now and looks closely at those that there is room for. Of what lies
-    /// beside other bodies up to `most_beside` more are put: what may be met next is never late, and no reach has to
-    /// span how late it was.
+    /// beside other bodies up to `most_beside` more are put: what may be met next is never late, and no query distance
+    /// has to span how late it was.
     void follow(std::size_t most, std::size_t most_beside);
     /// Largest stretch of a spring that sleeps, as last seen.
     [[nodiscard]] double stretch() const { return std::max(stretch_, last_stretch_); }
@@ -49,7 +49,7 @@ private:
     void find_late();
     void find_beside(std::size_t most);
     void go_around();
-    bool look_at(Index vertex);
+    bool examine(Index vertex);
     bool pass_over(const Late& late);
 
     RegionTissue* region_;
@@ -60,7 +60,7 @@ private:
     std::vector<Index> beside_;  ///< vertices that sleep beside other bodies
     double least_ = 0.0;         ///< m, from which on a node is late
     std::int64_t tick_ = 0;
-    std::int64_t turn_ = 0;  ///< of looking for late nodes
+    std::int64_t turn_ = 0;  ///< of searching for late nodes
     std::size_t most_ = 0;   ///< that this tick may put
     std::size_t put_before_ = 0;
     std::size_t around_ = 0;  ///< into `order_`, where the slow round goes on

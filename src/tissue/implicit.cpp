@@ -121,9 +121,9 @@ private:
         for (std::size_t v = 0; v < state.size(); ++v) {
             if (state.inverse_mass[v] == 0.0) continue;
             const auto column = static_cast<Eigen::Index>(v);
-            const Eigen::Vector4d way = h * state.velocity.col(column);
-            state.position.col(column) += way;
-            furthest = std::max(furthest, way.cwiseAbs().maxCoeff());
+            const Eigen::Vector4d path = h * state.velocity.col(column);
+            state.position.col(column) += path;
+            furthest = std::max(furthest, path.cwiseAbs().maxCoeff());
             finite = finite && state.position.col(column).allFinite();
         }
         furthest += contacts().shift(tissue());
@@ -144,12 +144,13 @@ private:
     /// Tangential springs after the step: stretched by the way along the surface where they stick, as long as their
     /// force asks where they slide.
     void stretch_slips(double h) {
-        if (!contacts().any_rubs()) return;
-        contacts().gather_grip(true);
+        if (!contacts().any_has_friction()) return;
+        contacts().gather_anchor(true);
         const TissueState& state = tissue().state();
         for (std::size_t c = 0; c < contacts().all().size(); ++c) {
             const TickContact& contact = contacts().all()[c];
-            if (contact.rubs && contacts().grips(c)) contacts().stretch(c, h * TickContacts::speed(contact, state));
+            if (contact.has_friction && contacts().anchors(c))
+                contacts().stretch(c, h * TickContacts::speed(contact, state));
         }
     }
 
@@ -175,9 +176,9 @@ StepperEntry implicit_stepper() {
     entry.name = "implicit";
     entry.version = "1";
     entry.meaning = "linearly implicit Euler, one linearisation a step, contacts with the tissue's whole compliance";
-    entry.takes_linear_contacts = true;
+    entry.takes_contact_force_laws = true;
     entry.takes_solved_contacts = true;
-    entry.takes_placements = true;
+    entry.takes_position_corrections = true;
     entry.takes_held_forces = true;
     entry.parameters = {{.name = "steps",
                          .type = Parameter::Type::integer,

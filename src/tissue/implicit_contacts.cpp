@@ -88,7 +88,7 @@ void ImplicitContacts::list_rows(const TissueState& state, TickContacts& contact
     }
     rub_rows_.assign(all.size(), 0);
     for (std::size_t c = 0; c < all.size(); ++c) {
-        if (!all[c].rubs) continue;
+        if (!all[c].has_friction) continue;
         rub_rows_[c] = rows_.size();
         const Vector3 along = all[c].normal.unitOrthogonal();
         for (const Vector3& direction : {along, Vector3(all[c].normal.cross(along))}) {
@@ -139,8 +139,8 @@ void ImplicitContacts::find_columns() {
                 const TickContact& contact = all[rows_[r].contact];
                 double sum = 0.0;
                 for (int i = 0; i < contact.count; ++i) {
-                    const Vector3 way = compliance_.answer(lane, contacts.spot(contact.vertex[at(i)]));
-                    sum += contact.weight[at(i)] * way.dot(rows_[r].direction);
+                    const Vector3 path = compliance_.answer(lane, contacts.spot(contact.vertex[at(i)]));
+                    sum += contact.weight[at(i)] * path.dot(rows_[r].direction);
                 }
                 answer_(eigen_index(r), eigen_index(column)) = sum;
             }
@@ -275,22 +275,22 @@ bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts)
 /// × normal force. `keep`: of contacts that share a grip it stays with the one that had it in the round before. Gives
 /// the largest change of a force, N.
 double ImplicitContacts::rub(double h, bool keep, TickContacts& contacts) {
-    contacts.gather_grip(keep);
+    contacts.gather_anchor(keep);
     const std::span<TickContact> all = contacts.all();
-    const auto rubs = [&](std::size_t c) {
-        const TickContacts::Grip& grip = contacts.grip(contacts.given(all[c]).slip_key);
-        return grip.most > 0.0 && grip.firmest == c;
+    const auto has_friction = [&](std::size_t c) {
+        const TickContacts::Anchor& anchor = contacts.anchor(contacts.given(all[c]).slip_key);
+        return anchor.most > 0.0 && anchor.strongest == c;
     };
-    answer_to(all.size(), rows_.size(), [&](std::size_t row) { return rubs(rows_[row].contact); });
+    answer_to(all.size(), rows_.size(), [&](std::size_t row) { return has_friction(rows_[row].contact); });
     double change = 0.0;
     for (std::size_t c = 0; c < all.size(); ++c) {
         const std::size_t first = rub_rows_[c];
         if (first == 0) continue;
         TickContact& contact = all[c];
-        const LinearContact& source = contacts.given(contact);
-        const TickContacts::Grip& grip = contacts.grip(source.slip_key);
+        const ContactForceLaw& source = contacts.given(contact);
+        const TickContacts::Anchor& anchor = contacts.anchor(source.slip_key);
         Vector3 rubbed = Vector3::Zero();
-        if (rubs(c)) {
+        if (has_friction(c)) {
             const Vector3 stretch = contacts.slip(source.slip_key);
             Eigen::Matrix2d own;
             Eigen::Vector2d speed, stretched;
@@ -309,7 +309,7 @@ double ImplicitContacts::rub(double h, bool keep, TickContacts& contacts) {
             const Eigen::Matrix2d matrix = Eigen::Matrix2d::Identity() + slope * own;
             Eigen::Vector2d sticking = matrix.inverse() * push;
             const double wanted = sticking.norm();
-            if (wanted > grip.most) sticking *= grip.most / wanted;
+            if (wanted > anchor.most) sticking *= anchor.most / wanted;
             rubbed = sticking[0] * rows_[first].direction + sticking[1] * rows_[first + 1].direction;
         }
         change = std::max(change, (rubbed - contact.rubbed).norm());

@@ -19,7 +19,7 @@ public:
 
     /// Finds `force` and `rubbed` of all contacts over a step of h (s) such that every contact law holds at its end.
     /// `state` has the velocities of the free motion. `known`: the normal forces are what the contacts hold
-    /// (settings `hold` and `explicit`), friction is found.
+    /// (settings `unilateral` and `explicit`), friction is found.
     void solve(double h, bool known, const SpringArrays& springs, const SpringSystem& system,
                const VolumeSystem& volumes, const TissueState& state, double tolerance, int iterations,
                TickContacts& contacts);

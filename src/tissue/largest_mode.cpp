@@ -48,7 +48,7 @@ LargestMode largest_mode(const Materials& materials, const Matrix3X& position) {
         }
         const double length = next.norm();
         const bool last = j + 1 == limit || length <= 1e-14 * std::abs(alpha.front());
-        // An answer costs the third power of the vectors: where it takes many, it is looked for more seldom.
+        // An answer costs the third power of the vectors: where it takes many, it is searched for more seldom.
         const Eigen::Index between = j < 128 ? 8 : 64;
         if (last || j % between == between - 1) {
             Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;

@@ -71,26 +71,26 @@ MassSpring::MassSpring(const Topology& topology, const Materials& materials)
     tissue_.spring_arrays().stencil = spring_stencil(tissue_.spring_arrays());
 }
 
-Outcome MassSpring::advance(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction) {
-    return advance(effect, dt, frame, frame, reaction);
+Outcome MassSpring::advance(const ResponseOutput& output, double dt, Frame& frame, std::vector<Wrench>& reaction) {
+    return advance(output, dt, frame, frame, reaction);
 }
 
-Outcome MassSpring::advance(const Effect& effect, double dt, const Frame& from, Frame& to,
+Outcome MassSpring::advance(const ResponseOutput& output, double dt, const Frame& from, Frame& to,
                             std::vector<Wrench>& reaction) {
-    tissue_.take_over(effect, from);
-    Outcome outcome = integrate(effect, dt, from);
-    tissue_.release(effect);
+    tissue_.take_over(output, from);
+    Outcome outcome = integrate(output, dt, from);
+    tissue_.release(output);
     if (!outcome.ok()) return outcome;
-    tissue_.give_back(effect, from, to);
+    tissue_.give_back(output, from, to);
     solver_.contacts().react(reaction);
     return outcome;
 }
 
-Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& frame) {
+Outcome MassSpring::integrate(const ResponseOutput& output, double dt, const Frame& frame) {
     TissueState& state = tissue_.state();
-    solver_.collect(effect, frame, state);
+    solver_.collect(output, frame, state);
     TickContacts& contacts = solver_.contacts();
-    const bool implicit = effect.contact_timing == ContactTiming::implicit;
+    const bool implicit = output.contact_timing == ContactTiming::implicit;
     const int substeps = std::max(1, tissue_.materials().substeps);
     const double h = dt / substeps;
     const std::span<const Index> touched = contacts.touched();
@@ -114,39 +114,39 @@ Outcome MassSpring::integrate(const Effect& effect, double dt, const Frame& fram
             contacts.solve_impulses(h, substeps, state);
             contacts.finish_substep(h, substeps, state);
             for (std::size_t t = 0; t < touched.size(); ++t) {
-                const Vector3 way = h * state.velocity.col(touched[t]).head<3>();
-                state.position.col(touched[t]).head<3>() = position_before_[t] + way;
-                check.finite = check.finite && way.allFinite();
-                check.furthest = std::max(check.furthest, way.cwiseAbs().maxCoeff());
+                const Vector3 path = h * state.velocity.col(touched[t]).head<3>();
+                state.position.col(touched[t]).head<3>() = position_before_[t] + path;
+                check.finite = check.finite && path.allFinite();
+                check.furthest = std::max(check.furthest, path.cwiseAbs().maxCoeff());
             }
             check.furthest += contacts.shift(tissue_);
         }
         bound += check.furthest;
-        // Every sub-step, so that a scheme that blows up is told before its numbers overflow.
-        Outcome outcome = tissue_.check(check.finite, bound, effect, frame);
+        // Every sub-step, so that a scheme that blows up is reported before its numbers overflow.
+        Outcome outcome = tissue_.check(check.finite, bound, output, frame);
         if (!outcome.ok()) return outcome;
     }
     tissue_.limit_strain();
     // The sub-steps' bound is that of springs alone: where contacts or the limiter have acted, all vertices are asked.
     largest_move_ = tissue_.limited_edges() > 0 || !touched.empty()
-                        ? tissue_.longest_way(frame.position)
-                        : std::sqrt(3.0) * bound + tissue_.placed_move(effect, frame);
-    if (tissue_.limited_edges() > 0 && blows_up(dt, effect, frame)) {
+                        ? tissue_.longest_path(frame.position)
+                        : std::sqrt(3.0) * bound + tissue_.placed_move(output, frame);
+    if (tissue_.limited_edges() > 0 && blows_up(dt, output, frame)) {
         return {OutcomeKind::unstable,
                 fmt::format("sub-steps of {:.3g} ms are beyond the stability limit; only the strain limit holds the "
                             "springs together ({} sub-steps a tick are stable)",
-                            h * 1e3, stable_substeps(tissue_.materials(), tissue_.start_of(effect, frame), dt))};
+                            h * 1e3, stable_substeps(tissue_.materials(), tissue_.start_of(output, frame), dt))};
     }
     return {};
 }
 
 /// Whether the limiter hides a scheme that blows up. Asked when the limiter acts, from the place at the start of the
 /// tick, and then after every 64 such ticks only.
-bool MassSpring::blows_up(double dt, const Effect& effect, const Frame& frame) {
+bool MassSpring::blows_up(double dt, const ResponseOutput& output, const Frame& frame) {
     constexpr std::int64_t seldom = 64;
     if (limited_ticks_++ % seldom != 0) return false;
     const int substeps = std::max(1, tissue_.materials().substeps);
-    const Matrix3X start = tissue_.start_of(effect, frame);
+    const Matrix3X start = tissue_.start_of(output, frame);
     if (substeps >= stable_substeps(tissue_.materials(), start, dt)) return false;
     return surely_unstable(tissue_.materials(), start, dt / substeps);
 }

@@ -1,13 +1,14 @@
 // The preloaded mass-spring tissue of thesis eq. 3.1 and its integrator: sub-stepped semi-implicit Euler in which every
-// contact of the Effect is re-evaluated in every sub-step (METHODS §4). Constructed only when a scene has tissue.
+// contact of the ResponseOutput is re-evaluated in every sub-step (METHODS §4). Constructed only when a scene has
+// tissue.
 #pragma once
 
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "contact/effect.hpp"
 #include "contact/outcome.hpp"
+#include "contact/response_output.hpp"
 #include "scene/world.hpp"
 #include "tissue/contact_solver.hpp"
 #include "tissue/moving_tissue.hpp"
@@ -41,11 +42,11 @@ public:
     /// Materials outlive the object.
     MassSpring(const Topology& topology, const Materials& materials);
 
-    /// Integrates the tissue vertices of `frame` over dt: applies the placements, then Materials::substeps sub-steps.
-    /// Writes position and velocity; previous becomes the position the sub-steps started from. Adds to `reaction` (one
-    /// per body) the mean over the tick of what each linear contact gave to its reaction body; moments are about the
-    /// world origin. Outcome unstable or not_finite when it blows up, also when it is only the strain limiter that
-    /// keeps it from doing so; the frame is then left as it was.
+    /// Integrates the tissue vertices of `frame` over dt: applies the position corrections, then Materials::substeps
+    /// sub-steps. Writes position and velocity; previous becomes the position the sub-steps started from. Adds to
+    /// `reaction` (one per body) the mean over the tick of what each contact force law gave to its reaction body;
+    /// moments are about the world origin. Outcome unstable or not_finite when it blows up, also when it is only the
+    /// strain limiter that keeps it from doing so; the frame is then left as it was.
     ///
     /// Damping of springs and drag are explicit, as in eq. 3.1; contacts are implicit (backward Euler on velocity and
     /// gap): all contacts of a sub-step are solved together, so that many contacts on one vertex share the load and
@@ -54,27 +55,28 @@ public:
     /// printed) is taken explicitly, because backward Euler with a large step would turn negative damping into
     /// positive. With ContactTiming::at_tick_start the force at the start of the tick acts throughout; with
     /// at_substep_start it is re-evaluated in every sub-step but from the state at its start. Friction
-    /// (LinearContact::friction) follows the normal force of the same sub-step: a tangential spring with a critical
+    /// (ContactForceLaw::friction) follows the normal force of the same sub-step: a tangential spring with a critical
     /// damper, implicit in its own vertices, that slides at friction × normal force. Its stretch is kept under slip_key
     /// for as long as a contact of that key is in every tick's effect.
-    Outcome advance(const Effect& effect, double dt, Frame& frame, std::vector<Wrench>& reaction);
+    Outcome advance(const ResponseOutput& output, double dt, Frame& frame, std::vector<Wrench>& reaction);
     /// The same from one frame to another. What the tissue cannot move is not written.
-    Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to, std::vector<Wrench>& reaction);
+    Outcome advance(const ResponseOutput& output, double dt, const Frame& from, Frame& to,
+                    std::vector<Wrench>& reaction);
 
     /// Largest edge strain after the last advance (1 = doubled length), and edges the limiter acted on.
     [[nodiscard]] double max_strain() const { return tissue_.max_strain(); }
     [[nodiscard]] std::int64_t limited_edges() const { return tissue_.limited_edges(); }
     /// What contact i of the last advance's effect gave; zero for contacts without tissue.
-    [[nodiscard]] std::span<const ContactLoad> loads() const { return solver_.contacts().loads(); }
-    /// m, no vertex has gone further in the last advance, placements included.
+    [[nodiscard]] std::span<const ContactForce> loads() const { return solver_.contacts().loads(); }
+    /// m, no vertex has gone further in the last advance, position corrections included.
     [[nodiscard]] double largest_move() const { return largest_move_; }
     /// How often the last advance went through all its contacts: the contacts' share of its work, whose bound per
     /// sub-step does not depend on how many there are.
     [[nodiscard]] std::int64_t contact_passes() const { return solver_.passes(); }
 
 private:
-    Outcome integrate(const Effect& effect, double dt, const Frame& frame);
-    bool blows_up(double dt, const Effect& effect, const Frame& frame);
+    Outcome integrate(const ResponseOutput& output, double dt, const Frame& frame);
+    bool blows_up(double dt, const ResponseOutput& output, const Frame& frame);
 
     MovingTissue tissue_;
     ContactSolver solver_;

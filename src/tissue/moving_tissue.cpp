@@ -18,19 +18,20 @@ bool all_zero(const Matrix3X& matrix) {
 }
 
 /// False: what was handed over is not finite already, so that the integrator is not to blame.
-bool finite_input(const Effect& effect, const Frame& frame) {
-    const auto all_finite = [](const LinearContact& contact) {
+bool finite_input(const ResponseOutput& output, const Frame& frame) {
+    const auto all_finite = [](const ContactForceLaw& contact) {
         return std::isfinite(contact.gap) && std::isfinite(contact.k) && std::isfinite(contact.mu) &&
                std::isfinite(contact.face_velocity) && contact.normal.allFinite() &&
                std::all_of(contact.weights.begin(), contact.weights.end(), [](double w) { return std::isfinite(w); }) &&
                std::all_of(contact.reaction_weights.begin(), contact.reaction_weights.end(),
                            [](double w) { return std::isfinite(w); });
     };
-    return frame.position.allFinite() && frame.velocity.allFinite() && effect.held_force.allFinite() &&
-           std::all_of(effect.contacts.begin(), effect.contacts.end(), all_finite) &&
-           std::all_of(effect.placements.begin(), effect.placements.end(), [](const Placement& placement) {
-               return placement.position.allFinite() && placement.velocity.allFinite();
-           });
+    return frame.position.allFinite() && frame.velocity.allFinite() && output.held_force.allFinite() &&
+           std::all_of(output.contacts.begin(), output.contacts.end(), all_finite) &&
+           std::all_of(output.position_corrections.begin(), output.position_corrections.end(),
+                       [](const PositionCorrection& position_correction) {
+                           return position_correction.position.allFinite() && position_correction.velocity.allFinite();
+                       });
 }
 
 /// Free vertices of the tissue, and what a spring or an enclosure ties to them: the rest cannot move and moves nothing.
@@ -94,32 +95,33 @@ MovingTissue::MovingTissue(const Topology& topology, const Materials& materials)
     limited_.assign(springs_.size(), 0);
 }
 
-/// Calls act(placement) for those that put a vertex of the state somewhere; what the materials hold stays.
+/// Calls act(position correction) for those that put a vertex of the state somewhere; what the materials hold stays.
 template <typename Act>
-void MovingTissue::each_placed(const Effect& effect, const Act& act) const {
-    for (const Placement& placement : effect.placements) {
-        if (state_.place[at(placement.vertex)] >= 0 && is_free(*materials_, placement.vertex)) act(placement);
+void MovingTissue::each_placed(const ResponseOutput& output, const Act& act) const {
+    for (const PositionCorrection& position_correction : output.position_corrections) {
+        if (state_.place[at(position_correction.vertex)] >= 0 && is_free(*materials_, position_correction.vertex))
+            act(position_correction);
     }
 }
 
-void MovingTissue::take_over(const Effect& effect, const Frame& frame) {
+void MovingTissue::take_over(const ResponseOutput& output, const Frame& frame) {
     for (const Range& range : state_.ranges) {
         const Index local = state_.place[at(range.first)];
         kernels_->take_over(frame.position, range, local, state_.position);
         kernels_->take_over(frame.velocity, range, local, state_.velocity);
     }
-    take_effect(effect, frame);
+    take_output(output, frame);
 }
 
-void MovingTissue::take_effect(const Effect& effect, const Frame& frame) {
-    const bool pushed = effect.held_force.cols() == frame.position.cols() && !all_zero(effect.held_force);
-    if (pushed || pushed_) set_constant_force(pushed ? &effect.held_force : nullptr);
+void MovingTissue::take_output(const ResponseOutput& output, const Frame& frame) {
+    const bool pushed = output.held_force.cols() == frame.position.cols() && !all_zero(output.held_force);
+    if (pushed || pushed_) set_constant_force(pushed ? &output.held_force : nullptr);
     pushed_ = pushed;
-    each_placed(effect, [&](const Placement& placement) {
-        const Index local = state_.place[at(placement.vertex)];
-        state_.position.col(local).head<3>() = placement.position;
-        state_.velocity.col(local).head<3>() = placement.velocity;
-        if (placement.held) state_.inverse_mass[at(local)] = 0.0;
+    each_placed(output, [&](const PositionCorrection& position_correction) {
+        const Index local = state_.place[at(position_correction.vertex)];
+        state_.position.col(local).head<3>() = position_correction.position;
+        state_.velocity.col(local).head<3>() = position_correction.velocity;
+        if (position_correction.held) state_.inverse_mass[at(local)] = 0.0;
     });
 }
 
@@ -145,8 +147,9 @@ double MovingTissue::put_aside(Index local, const Vector3& by) {
     const auto energy = [&] {
         double sum = 0.0;
         const auto add = [&](std::size_t number) {
-            const Eigen::Vector4d way = state_.position.col(arrays_.j[number]) - state_.position.col(arrays_.i[number]);
-            sum += spring_energy(springs_[number], way.norm());
+            const Eigen::Vector4d path =
+                state_.position.col(arrays_.j[number]) - state_.position.col(arrays_.i[number]);
+            sum += spring_energy(springs_[number], path.norm());
         };
         for (std::size_t s = arrays_.first_out[at(local)]; s < arrays_.first_out[at(local) + 1]; ++s) add(s);
         for (std::size_t n = arrays_.first_in[at(local)]; n < arrays_.first_in[at(local) + 1]; ++n) add(arrays_.in[n]);
@@ -160,15 +163,16 @@ double MovingTissue::put_aside(Index local, const Vector3& by) {
 }
 
 /// Lets go of the vertices that were held for the tick.
-void MovingTissue::release(const Effect& effect) {
-    each_placed(effect, [&](const Placement& placement) {
-        state_.inverse_mass[at(state_.place[at(placement.vertex)])] = 1.0 / materials_->mass[at(placement.vertex)];
+void MovingTissue::release(const ResponseOutput& output) {
+    each_placed(output, [&](const PositionCorrection& position_correction) {
+        state_.inverse_mass[at(state_.place[at(position_correction.vertex)])] =
+            1.0 / materials_->mass[at(position_correction.vertex)];
     });
 }
 
-void MovingTissue::give_back(const Effect& effect, const Frame& from, Frame& to) const {
+void MovingTissue::give_back(const ResponseOutput& output, const Frame& from, Frame& to) const {
     for (const Range& range : state_.ranges) give_back_part(range, state_.place[at(range.first)], from, to);
-    give_back_placed(effect, to);
+    give_back_placed(output, to);
 }
 
 void MovingTissue::give_back_part(Range vertices, Index local, const Frame& from, Frame& to) const {
@@ -177,35 +181,38 @@ void MovingTissue::give_back_part(Range vertices, Index local, const Frame& from
     kernels_->give_back(state_.velocity, local, vertices, to.velocity);
 }
 
-void MovingTissue::give_back_placed(const Effect& effect, Frame& to) const {
-    each_placed(effect, [&](const Placement& placement) { to.previous.col(placement.vertex) = placement.position; });
+void MovingTissue::give_back_placed(const ResponseOutput& output, Frame& to) const {
+    each_placed(output, [&](const PositionCorrection& position_correction) {
+        to.previous.col(position_correction.vertex) = position_correction.position;
+    });
 }
 
-Outcome MovingTissue::check(bool finite, double bound, const Effect& effect, const Frame& frame) const {
-    if (!finite && !finite_input(effect, frame)) {
+Outcome MovingTissue::check(bool finite, double bound, const ResponseOutput& output, const Frame& frame) const {
+    if (!finite && !finite_input(output, frame)) {
         return {OutcomeKind::not_finite, "a tissue vertex left the finite numbers"};
     }
-    if (!finite || (extent_ > 0.0 && bound > extent_ && furthest(start_of(effect, frame)) > extent_)) {
+    if (!finite || (extent_ > 0.0 && bound > extent_ && furthest(start_of(output, frame)) > extent_)) {
         return {OutcomeKind::unstable, "a tissue vertex moved further in one tick than all springs are long"};
     }
     return {};
 }
 
 /// Furthest way to where a vertex was put before the tick, m.
-double MovingTissue::placed_move(const Effect& effect, const Frame& frame) const {
+double MovingTissue::placed_move(const ResponseOutput& output, const Frame& frame) const {
     double square = 0.0;
-    each_placed(effect, [&](const Placement& placement) {
-        square = std::max(square, (placement.position - frame.position.col(placement.vertex)).squaredNorm());
+    each_placed(output, [&](const PositionCorrection& position_correction) {
+        square = std::max(
+            square, (position_correction.position - frame.position.col(position_correction.vertex)).squaredNorm());
     });
     return std::sqrt(square);
 }
 
 /// Largest way of a vertex since then, m.
-double MovingTissue::longest_way(const Matrix3X& start) const {
+double MovingTissue::longest_path(const Matrix3X& start) const {
     double square = 0.0;
     for (std::size_t i = 0; i < state_.size(); ++i) {
-        const Vector3 way = state_.position.col(static_cast<Eigen::Index>(i)).head<3>() - start.col(state_.vertex[i]);
-        square = std::max(square, way.squaredNorm());
+        const Vector3 path = state_.position.col(static_cast<Eigen::Index>(i)).head<3>() - start.col(state_.vertex[i]);
+        square = std::max(square, path.squaredNorm());
     }
     return std::sqrt(square);
 }
@@ -214,16 +221,18 @@ double MovingTissue::longest_way(const Matrix3X& start) const {
 double MovingTissue::furthest(const Matrix3X& start) const {
     double furthest = 0.0;
     for (std::size_t i = 0; i < state_.size(); ++i) {
-        const Vector3 way = state_.position.col(static_cast<Eigen::Index>(i)).head<3>() - start.col(state_.vertex[i]);
-        furthest = std::max(furthest, way.cwiseAbs().maxCoeff());
+        const Vector3 path = state_.position.col(static_cast<Eigen::Index>(i)).head<3>() - start.col(state_.vertex[i]);
+        furthest = std::max(furthest, path.cwiseAbs().maxCoeff());
     }
     return furthest;
 }
 
 /// All vertices where the sub-steps start from.
-Matrix3X MovingTissue::start_of(const Effect& effect, const Frame& frame) const {
+Matrix3X MovingTissue::start_of(const ResponseOutput& output, const Frame& frame) const {
     Matrix3X start = frame.position;
-    each_placed(effect, [&](const Placement& placement) { start.col(placement.vertex) = placement.position; });
+    each_placed(output, [&](const PositionCorrection& position_correction) {
+        start.col(position_correction.vertex) = position_correction.position;
+    });
     return start;
 }
 

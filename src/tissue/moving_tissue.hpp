@@ -1,12 +1,13 @@
 // What every stepper of the mass-spring tissue needs beside its rule: the vertices that move as flat arrays, taken over
-// from a frame with the placements of an effect and given back to one, the strain limit, and the checks of a tick.
+// from a frame with the position corrections of a response output and given back to one, the strain limit, and the
+// checks of a tick.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "contact/effect.hpp"
 #include "contact/outcome.hpp"
+#include "contact/response_output.hpp"
 #include "scene/world.hpp"
 #include "tissue/spring_kernels.hpp"
 #include "tissue/volume_forces.hpp"
@@ -33,10 +34,11 @@ public:
     [[nodiscard]] const std::vector<Spring>& springs() const { return springs_; }
     [[nodiscard]] SpringArrays& spring_arrays() { return arrays_; }
 
-    /// Takes over the frame with the effect's placements; the constant forces become rest bias and held forces.
-    void take_over(const Effect& effect, const Frame& frame);
-    /// The same where the state already is the frame: placements and constant forces.
-    void take_effect(const Effect& effect, const Frame& frame);
+    /// Takes over the frame with the output's position corrections; the constant forces become rest bias and held
+    /// forces.
+    void take_over(const ResponseOutput& output, const Frame& frame);
+    /// The same where the state already is the frame: position corrections and constant forces.
+    void take_output(const ResponseOutput& output, const Frame& frame);
     /// What kernels take as constant is so for one step: the forces of enclosures come anew from where it begins.
     /// Nothing to do where the scene names none.
     void add_volume_force();
@@ -45,12 +47,13 @@ public:
     /// enclosures do is left out.
     double put_aside(Index local, const Vector3& by);
     /// Lets go of the vertices that were held for the tick.
-    void release(const Effect& effect);
+    void release(const ResponseOutput& output);
     /// Writes position and velocity; previous becomes the place from which the tick started.
-    void give_back(const Effect& effect, const Frame& from, Frame& to) const;
-    /// The same for a part of the vertices alone, from the place `local` in the state on; and what placements ask for.
+    void give_back(const ResponseOutput& output, const Frame& from, Frame& to) const;
+    /// The same for a part of the vertices alone, from the place `local` in the state on; and what position corrections
+    /// ask for.
     void give_back_part(Range vertices, Index local, const Frame& from, Frame& to) const;
-    void give_back_placed(const Effect& effect, Frame& to) const;
+    void give_back_placed(const ResponseOutput& output, Frame& to) const;
 
     /// Strain limit (METHODS §4) on the positions as they are, and the strain that is left.
     void limit_strain();
@@ -59,19 +62,19 @@ public:
 
     /// Named outcome of numbers that were not finite, or of a vertex further than all springs are long; `bound` (m): no
     /// coordinate has gone further since the tick began. Ok otherwise.
-    [[nodiscard]] Outcome check(bool finite, double bound, const Effect& effect, const Frame& frame) const;
+    [[nodiscard]] Outcome check(bool finite, double bound, const ResponseOutput& output, const Frame& frame) const;
     /// The last effect taken over held a force.
     [[nodiscard]] bool is_pushed() const { return pushed_; }
     /// m, largest way of a vertex since then.
-    [[nodiscard]] double longest_way(const Matrix3X& start) const;
+    [[nodiscard]] double longest_path(const Matrix3X& start) const;
     /// m, furthest way to where a vertex was put before the tick.
-    [[nodiscard]] double placed_move(const Effect& effect, const Frame& frame) const;
+    [[nodiscard]] double placed_move(const ResponseOutput& output, const Frame& frame) const;
     /// All vertices where the tick starts from.
-    [[nodiscard]] Matrix3X start_of(const Effect& effect, const Frame& frame) const;
+    [[nodiscard]] Matrix3X start_of(const ResponseOutput& output, const Frame& frame) const;
 
 private:
     template <typename Act>
-    void each_placed(const Effect& effect, const Act& act) const;
+    void each_placed(const ResponseOutput& output, const Act& act) const;
     void set_constant_force(const Matrix3X* held);
     void limit_every_spring(double longest);
     [[nodiscard]] double furthest(const Matrix3X& start) const;

@@ -63,23 +63,23 @@ private:
 /// triangles around the node, seen along the normal of the candidates, the one of least weighted squared distance,
 /// which is Delaunay's. Without a triangle the nearest point of an edge between two of them.
 void share_out(const RegionLevel& coarse, const Vector3& place, std::span<const std::pair<double, Index>> candidates,
-               std::array<Index, 3>& parent, std::array<double, 3>& share) {
+               std::array<Index, 3>& parent, std::array<double, 3>& weight) {
     parent.fill(candidates.front().second);
-    share = {1.0, 0.0, 0.0};
+    weight = {1.0, 0.0, 0.0};
     if (candidates.size() == 1 || candidates.front().first == 0.0) return;
     const std::size_t count = candidates.size();
     Matrix3 spread = Matrix3::Zero();
     for (const auto& [square, node] : candidates) {
-        const Vector3 way = coarse.rest[at(node)] - place;
-        spread += way * way.transpose();
+        const Vector3 path = coarse.rest[at(node)] - place;
+        spread += path * path.transpose();
     }
     const Eigen::SelfAdjointEigenSolver<Matrix3> axes(spread);
     const Vector3 first = axes.eigenvectors().col(2);
     const Vector3 second = axes.eigenvectors().col(1);
     std::array<Eigen::Vector2d, most_candidates> flat;
     for (std::size_t n = 0; n < count; ++n) {
-        const Vector3 way = coarse.rest[at(candidates[n].second)] - place;
-        flat[n] = {way.dot(first), way.dot(second)};
+        const Vector3 path = coarse.rest[at(candidates[n].second)] - place;
+        flat[n] = {path.dot(first), path.dot(second)};
     }
     const auto cross = [&](std::size_t a, std::size_t b) {
         return flat[a].x() * flat[b].y() - flat[a].y() * flat[b].x();
@@ -99,7 +99,7 @@ void share_out(const RegionLevel& coarse, const Vector3& place, std::span<const 
                 if (cost >= best * (1.0 - rounding)) continue;
                 best = cost;
                 parent = {candidates[a].second, candidates[b].second, candidates[c].second};
-                share = part;
+                weight = part;
             }
         }
     }
@@ -108,13 +108,13 @@ void share_out(const RegionLevel& coarse, const Vector3& place, std::span<const 
         for (std::size_t b = a + 1; b < count; ++b) {
             const Vector3 along = coarse.rest[at(candidates[b].second)] - coarse.rest[at(candidates[a].second)];
             if (along.isZero(0.0)) continue;  // tissue folded onto itself
-            const Vector3 way = place - coarse.rest[at(candidates[a].second)];
-            const double part = std::clamp(way.dot(along) / along.squaredNorm(), 0.0, 1.0);
-            const double cost = (way - part * along).squaredNorm();
+            const Vector3 path = place - coarse.rest[at(candidates[a].second)];
+            const double part = std::clamp(path.dot(along) / along.squaredNorm(), 0.0, 1.0);
+            const double cost = (path - part * along).squaredNorm();
             if (cost >= best * (1.0 - rounding)) continue;
             best = cost;
             parent = {candidates[a].second, candidates[b].second, candidates[a].second};
-            share = {1.0 - part, part, 0.0};
+            weight = {1.0 - part, part, 0.0};
         }
     }
 }
@@ -135,12 +135,12 @@ RegionTissue::RegionTissue(MovingTissue& tissue, WrittenVertices& written, BodyB
         const bool last = &level == &levels_.back();
         const auto columns = static_cast<Eigen::Index>(level.size());
         level.whole_mass = level.mass;
-        level.awake.assign(level.size(), last ? 1 : 0);
-        level.awake_at.assign(level.size(), -1);
+        level.active.assign(level.size(), last ? 1 : 0);
+        level.active_at.assign(level.size(), -1);
         level.stamp.assign(level.size(), -1);
-        level.awake_nodes.reserve(level.size());
+        level.active_nodes.reserve(level.size());
         for (Index node = 0; last && at(node) < level.size(); ++node) {
-            if (level.fixed[at(node)] == 0) level.awake_nodes.push_back(node);
+            if (level.fixed[at(node)] == 0) level.active_nodes.push_back(node);
         }
         level.displacement.setZero(4, columns);
         level.offset.setZero(4, &level == &levels_.front() ? 0 : columns);
@@ -248,7 +248,7 @@ void RegionTissue::find_parents(RegionLevel& fine, const RegionLevel& coarse, co
     std::vector<Index> number(fine.size(), -1);
     for (std::size_t n = 0; n < chosen.size(); ++n) number[at(chosen[n])] = static_cast<Index>(n);
     fine.parent.resize(fine.size());
-    fine.share.resize(fine.size());
+    fine.weight.resize(fine.size());
     Walk walk(fine);
     std::vector<std::pair<double, Index>> candidates;
     for (Index node = 0; at(node) < fine.size(); ++node) {
@@ -264,12 +264,12 @@ void RegionTissue::find_parents(RegionLevel& fine, const RegionLevel& coarse, co
         }
         std::sort(candidates.begin(), candidates.end());
         candidates.resize(fixed ? 1 : std::min(candidates.size(), most_candidates));
-        share_out(coarse, fine.rest[at(node)], candidates, fine.parent[at(node)], fine.share[at(node)]);
+        share_out(coarse, fine.rest[at(node)], candidates, fine.parent[at(node)], fine.weight[at(node)]);
         // Shares that are nothing but rounding would tie a node to ones it has no part in.
         constexpr double least = 1e-4;
         double sum = 0.0;
-        for (double& share : fine.share[at(node)]) sum += share = share < least ? 0.0 : share;
-        for (double& share : fine.share[at(node)]) share /= sum;
+        for (double& weight : fine.weight[at(node)]) sum += weight = weight < least ? 0.0 : weight;
+        for (double& weight : fine.weight[at(node)]) weight /= sum;
     }
 }
 
@@ -281,10 +281,10 @@ void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
     coarse.drag.assign(count, 0.0);
     for (Index node = 0; at(node) < fine.size(); ++node) {
         for (std::size_t n = 0; n < 3; ++n) {
-            const double share = fine.share[at(node)][n];
-            if (share == 0.0) continue;
-            coarse.mass[at(fine.parent[at(node)][n])] += share * fine.mass[at(node)];
-            coarse.drag[at(fine.parent[at(node)][n])] += share * fine.drag[at(node)];
+            const double weight = fine.weight[at(node)][n];
+            if (weight == 0.0) continue;
+            coarse.mass[at(fine.parent[at(node)][n])] += weight * fine.mass[at(node)];
+            coarse.drag[at(fine.parent[at(node)][n])] += weight * fine.drag[at(node)];
         }
     }
 
@@ -292,11 +292,11 @@ void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
     for (std::uint32_t edge = 0; edge < fine.i.size(); ++edge) {
         const SymmetricBlock stiffness = stiffness_of(level, edge);
         const SymmetricBlock damping = damping_of(level, edge);
-        const EdgeShares shares(fine, edge);
-        for (std::size_t a = 0; a < shares.count; ++a) {
-            for (std::size_t b = a + 1; b < shares.count; ++b) {
-                const Index low = std::min(shares.node[a], shares.node[b]);
-                const Index high = std::max(shares.node[a], shares.node[b]);
+        const EdgeShares weights(fine, edge);
+        for (std::size_t a = 0; a < weights.count; ++a) {
+            for (std::size_t b = a + 1; b < weights.count; ++b) {
+                const Index low = std::min(weights.node[a], weights.node[b]);
+                const Index high = std::max(weights.node[a], weights.node[b]);
                 auto& row = rows[at(low)];
                 auto known =
                     std::find_if(row.begin(), row.end(), [&](const auto& entry) { return entry.first == high; });
@@ -308,7 +308,7 @@ void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
                     coarse.stiffness.emplace_back();
                     coarse.damping.emplace_back();
                 }
-                const double factor = -shares.factor[a] * shares.factor[b];
+                const double factor = -weights.factor[a] * weights.factor[b];
                 add_scaled(factor, stiffness, coarse.stiffness[known->second]);
                 add_scaled(factor, damping, coarse.damping[known->second]);
             }

@@ -27,19 +27,19 @@ RegionTissue::Carried RegionTissue::carried(std::size_t level, Index node) {
     const RegionLevel& fine = levels_[level];
     Carried sum;
     for (std::size_t n = 0; n < 3; ++n) {
-        const double share = fine.share[at(node)][n];
-        if (share == 0.0) continue;
+        const double weight = fine.weight[at(node)][n];
+        if (weight == 0.0) continue;
         const Index parent = fine.parent[at(node)][n];
         refresh(level + 1, parent);
-        sum.displacement += share * levels_[level + 1].displacement.col(parent);
-        sum.velocity += share * levels_[level + 1].velocity.col(parent);
+        sum.displacement += weight * levels_[level + 1].displacement.col(parent);
+        sum.velocity += weight * levels_[level + 1].velocity.col(parent);
     }
     return sum;
 }
 
 void RegionTissue::refresh(std::size_t level, Index node) {
     RegionLevel& fine = levels_[level];
-    if (fine.awake[at(node)] != 0 || fine.fixed[at(node)] != 0 || fine.stamp[at(node)] == moment_) return;
+    if (fine.active[at(node)] != 0 || fine.fixed[at(node)] != 0 || fine.stamp[at(node)] == moment_) return;
     fine.stamp[at(node)] = moment_;
     const auto [displacement, velocity] = carried(level, node);
     if (level > 0) {
@@ -65,16 +65,16 @@ void RegionTissue::complete(Frame& frame) const {
         Matrix4X fine_displacement = fine.displacement;
         Matrix4X fine_velocity = level > 0 ? fine.velocity : tissue_->state().velocity;
         for (std::size_t node = 0; node < fine.size(); ++node) {
-            if (fine.awake[node] != 0 || fine.fixed[node] != 0) continue;
+            if (fine.active[node] != 0 || fine.fixed[node] != 0) continue;
             const auto to = static_cast<Eigen::Index>(node);
             fine_displacement.col(to).setZero();
             if (level > 0) fine_displacement.col(to) = fine.offset.col(to);
             fine_velocity.col(to).setZero();
             for (std::size_t n = 0; n < 3; ++n) {
-                const double share = fine.share[node][n];
-                if (share == 0.0) continue;
-                fine_displacement.col(to) += share * displacement.col(fine.parent[node][n]);
-                fine_velocity.col(to) += share * velocity.col(fine.parent[node][n]);
+                const double weight = fine.weight[node][n];
+                if (weight == 0.0) continue;
+                fine_displacement.col(to) += weight * displacement.col(fine.parent[node][n]);
+                fine_velocity.col(to) += weight * velocity.col(fine.parent[node][n]);
             }
         }
         displacement.swap(fine_displacement);
@@ -82,7 +82,7 @@ void RegionTissue::complete(Frame& frame) const {
     }
     const TissueState& state = tissue_->state();
     for (std::size_t v = 0; v < state.size(); ++v) {
-        if (levels_[0].awake[v] != 0 || levels_[0].fixed[v] != 0) continue;
+        if (levels_[0].active[v] != 0 || levels_[0].fixed[v] != 0) continue;
         const auto local = static_cast<Eigen::Index>(v);
         frame.position.col(state.vertex[v]) = (anchor_.col(local) + displacement.col(local)).head<3>();
         frame.velocity.col(state.vertex[v]) = velocity.col(local).head<3>();
@@ -93,29 +93,29 @@ SymmetricBlock RegionTissue::stiffness_of(std::size_t level, std::uint32_t edge)
     const RegionLevel& fine = levels_[level];
     if (level > 0) return fine.stiffness[edge];
     const NearSpring& spring = springs_[edge];
-    const Vector3 way = fine.rest[at(spring.j)] - fine.rest[at(spring.i)];
-    const double length = way.norm();
+    const Vector3 path = fine.rest[at(spring.j)] - fine.rest[at(spring.i)];
+    const double length = path.norm();
     if (length == 0.0) return {};
     const double tension = spring.k * length + spring.offset;
-    return block_of(way / length, spring.k, std::max(0.0, tension / length));
+    return block_of(path / length, spring.k, std::max(0.0, tension / length));
 }
 
 SymmetricBlock RegionTissue::damping_of(std::size_t level, std::uint32_t edge) const {
     const RegionLevel& fine = levels_[level];
     if (level > 0) return fine.damping[edge];
-    const Vector3 way = fine.rest[at(fine.j[edge])] - fine.rest[at(fine.i[edge])];
-    const double length = way.norm();
-    return length == 0.0 ? SymmetricBlock{} : block_of(way / length, tissue_->spring_arrays().damping[edge], 0.0);
+    const Vector3 path = fine.rest[at(fine.j[edge])] - fine.rest[at(fine.i[edge])];
+    const double length = path.norm();
+    return length == 0.0 ? SymmetricBlock{} : block_of(path / length, tissue_->spring_arrays().damping[edge], 0.0);
 }
 
 /// Force of a spring on its i where the state stands.
 Eigen::Vector4d RegionTissue::pull(std::uint32_t edge) const {
     const NearSpring& spring = springs_[edge];
     const Matrix4X& position = tissue_->state().position;
-    const Eigen::Vector4d way = position.col(spring.j) - position.col(spring.i);
-    const double length = way.norm();
+    const Eigen::Vector4d path = position.col(spring.j) - position.col(spring.i);
+    const double length = path.norm();
     if (length == 0.0) return Eigen::Vector4d::Zero();
-    return (spring.k + spring.offset / length) * way;
+    return (spring.k + spring.offset / length) * path;
 }
 
 /// What an edge whose ends both sleep is for the next level, and on from there. Above level 0 it pulls by the offsets
@@ -131,18 +131,18 @@ void RegionTissue::add_edge(std::size_t level, std::uint32_t edge, const Symmetr
         add_force(level, i, force);
         add_force(level, j, -force);
     }
-    const EdgeShares shares(fine, edge);
-    for (std::size_t a = 0; a < shares.count; ++a) {
-        for (std::size_t b = a + 1; b < shares.count; ++b) {
-            const double factor = -sign * shares.factor[a] * shares.factor[b];
-            const std::uint32_t into = edge_between(coarse, shares.node[a], shares.node[b]);
+    const EdgeShares weights(fine, edge);
+    for (std::size_t a = 0; a < weights.count; ++a) {
+        for (std::size_t b = a + 1; b < weights.count; ++b) {
+            const double factor = -sign * weights.factor[a] * weights.factor[b];
+            const std::uint32_t into = edge_between(coarse, weights.node[a], weights.node[b]);
             SymmetricBlock more{};
             SymmetricBlock damped{};
             add_scaled(factor, stiffness, more);
             add_scaled(factor, damping, damped);
             add(more, coarse.stiffness[into]);
             add(damped, coarse.damping[into]);
-            if (coarse.awake[at(shares.node[a])] == 0 && coarse.awake[at(shares.node[b])] == 0) {
+            if (coarse.active[at(weights.node[a])] == 0 && coarse.active[at(weights.node[b])] == 0) {
                 add_edge(level + 1, into, more, damped, 1.0);
             }
         }
@@ -153,24 +153,24 @@ void RegionTissue::add_mass(std::size_t level, Index node, double mass, double d
     RegionLevel& here = levels_[level];
     here.mass[at(node)] += mass;
     here.drag[at(node)] += drag;
-    if (here.awake[at(node)] != 0) return;
+    if (here.active[at(node)] != 0) return;
     for (std::size_t n = 0; n < 3; ++n) {
-        const double share = here.share[at(node)][n];
-        if (share != 0.0) add_mass(level + 1, here.parent[at(node)][n], share * mass, share * drag);
+        const double weight = here.weight[at(node)][n];
+        if (weight != 0.0) add_mass(level + 1, here.parent[at(node)][n], weight * mass, weight * drag);
     }
 }
 
 void RegionTissue::add_force(std::size_t level, Index node, const Eigen::Vector4d& force) {
     RegionLevel& here = levels_[level];
     if (level > 0) here.force.col(node) += force;
-    if (level > 0 && here.awake[at(node)] != 0) return;
+    if (level > 0 && here.active[at(node)] != 0) return;
     for (std::size_t n = 0; n < 3; ++n) {
-        const double share = here.share[at(node)][n];
-        if (share != 0.0) add_force(level + 1, here.parent[at(node)][n], share * force);
+        const double weight = here.weight[at(node)][n];
+        if (weight != 0.0) add_force(level + 1, here.parent[at(node)][n], weight * force);
     }
 }
 
-/// A spring whose ends both sleep pulls that much more; the nodes of level 1 are told with `tell_pulls`.
+/// A spring whose ends both sleep pulls that much more; the nodes of level 1 are reported with `report_pulls`.
 void RegionTissue::add_pull(std::uint32_t spring, const Eigen::Vector4d& pull) {
     add_pull_at(levels_[0].i[spring], pull);
     add_pull_at(levels_[0].j[spring], -pull);
@@ -179,18 +179,18 @@ void RegionTissue::add_pull(std::uint32_t spring, const Eigen::Vector4d& pull) {
 void RegionTissue::add_pull_at(Index vertex, const Eigen::Vector4d& force) {
     const RegionLevel& vertices = levels_[0];
     for (std::size_t n = 0; n < 3; ++n) {
-        const double share = vertices.share[at(vertex)][n];
-        if (share == 0.0) continue;
+        const double weight = vertices.weight[at(vertex)][n];
+        if (weight == 0.0) continue;
         const Index node = vertices.parent[at(vertex)][n];
         if (is_pulled_[at(node)] == 0) {
             is_pulled_[at(node)] = 1;
             pulled_.push_back(node);
         }
-        pulled_by_.col(node) += share * force;
+        pulled_by_.col(node) += weight * force;
     }
 }
 
-void RegionTissue::tell_pulls() {
+void RegionTissue::report_pulls() {
     for (const Index node : pulled_) {
         add_force(1, node, pulled_by_.col(node));
         pulled_by_.col(node).setZero();
@@ -202,13 +202,13 @@ void RegionTissue::tell_pulls() {
 void RegionTissue::add_momentum(std::size_t level, Index node, const Eigen::Vector4d& momentum) {
     RegionLevel& here = levels_[level];
     if (here.fixed[at(node)] != 0) return;
-    if (here.awake[at(node)] != 0) {
+    if (here.active[at(node)] != 0) {
         here.velocity.col(node) += momentum / here.mass[at(node)];
         return;
     }
     for (std::size_t n = 0; n < 3; ++n) {
-        const double share = here.share[at(node)][n];
-        if (share != 0.0) add_momentum(level + 1, here.parent[at(node)][n], share * momentum);
+        const double weight = here.weight[at(node)][n];
+        if (weight != 0.0) add_momentum(level + 1, here.parent[at(node)][n], weight * momentum);
     }
 }
 
@@ -222,55 +222,55 @@ void RegionTissue::take_pull(std::uint32_t spring, const SymmetricBlock& stiffne
     springs_[spring].pull = now;
 }
 
-void RegionTissue::wake(std::size_t level, Index node) {
+void RegionTissue::activate(std::size_t level, Index node) {
     RegionLevel& fine = levels_[level];
-    if (fine.awake[at(node)] != 0 || fine.fixed[at(node)] != 0) return;
+    if (fine.active[at(node)] != 0 || fine.fixed[at(node)] != 0) return;
     refresh(level, node);
     for (std::uint32_t e = fine.first_edge[at(node)]; e < fine.first_edge[at(node) + 1]; ++e) {
         const std::uint32_t edge = fine.edge_at[e];
-        if (fine.awake[at(fine.other_end(edge, node))] != 0) continue;
+        if (fine.active[at(fine.other_end(edge, node))] != 0) continue;
         add_edge(level, edge, stiffness_of(level, edge), damping_of(level, edge), -1.0);
         if (level > 0) continue;
         add_pull(edge, -springs_[edge].pull);
         springs_[edge].pull.setZero();
     }
     for (std::size_t n = 0; n < 3; ++n) {
-        const double share = fine.share[at(node)][n];
-        if (share == 0.0) continue;
+        const double weight = fine.weight[at(node)][n];
+        if (weight == 0.0) continue;
         const Index parent = fine.parent[at(node)][n];
-        add_mass(level + 1, parent, -share * fine.mass[at(node)], -share * fine.drag[at(node)]);
-        add_force(level + 1, parent, -share * fine.force.col(node));
+        add_mass(level + 1, parent, -weight * fine.mass[at(node)], -weight * fine.drag[at(node)]);
+        add_force(level + 1, parent, -weight * fine.force.col(node));
     }
-    fine.awake[at(node)] = 1;
-    fine.awake_at[at(node)] = static_cast<Index>(fine.awake_nodes.size());
-    fine.awake_nodes.push_back(node);
-    tell_pulls();
+    fine.active[at(node)] = 1;
+    fine.active_at[at(node)] = static_cast<Index>(fine.active_nodes.size());
+    fine.active_nodes.push_back(node);
+    report_pulls();
     changed_ = true;
 }
 
-void RegionTissue::sleep(std::size_t level, Index node) {
+void RegionTissue::interpolate(std::size_t level, Index node) {
     RegionLevel& fine = levels_[level];
-    if (fine.awake[at(node)] == 0 || level + 1 == levels_.size()) return;
+    if (fine.active[at(node)] == 0 || level + 1 == levels_.size()) return;
     TissueState& state = tissue_->state();
     const auto [displacement, velocity] = carried(level, node);
-    fine.awake[at(node)] = 0;
+    fine.active[at(node)] = 0;
     fine.stamp[at(node)] = moment_;
-    fine.awake_nodes[at(fine.awake_at[at(node)])] = fine.awake_nodes.back();
-    fine.awake_at[at(fine.awake_nodes.back())] = fine.awake_at[at(node)];
-    fine.awake_nodes.pop_back();
+    fine.active_nodes[at(fine.active_at[at(node)])] = fine.active_nodes.back();
+    fine.active_at[at(fine.active_nodes.back())] = fine.active_at[at(node)];
+    fine.active_nodes.pop_back();
     const Eigen::Vector4d own = level == 0 ? state.velocity.col(node) : fine.velocity.col(node);
     Eigen::Vector4d left = Eigen::Vector4d::Zero();
     if (level == 0 || fine.has_a_say(node)) left = fine.mass[at(node)] * (own - velocity);
     for (std::size_t n = 0; n < 3; ++n) {
-        const double share = fine.share[at(node)][n];
-        if (share == 0.0) continue;
+        const double weight = fine.weight[at(node)][n];
+        if (weight == 0.0) continue;
         const Index parent = fine.parent[at(node)][n];
-        add_mass(level + 1, parent, share * fine.mass[at(node)], share * fine.drag[at(node)]);
-        add_force(level + 1, parent, share * fine.force.col(node));
+        add_mass(level + 1, parent, weight * fine.mass[at(node)], weight * fine.drag[at(node)]);
+        add_force(level + 1, parent, weight * fine.force.col(node));
     }
     for (std::size_t n = 0; n < 3; ++n) {
-        const double share = fine.share[at(node)][n];
-        if (share != 0.0) add_momentum(level + 1, fine.parent[at(node)][n], share * left);
+        const double weight = fine.weight[at(node)][n];
+        if (weight != 0.0) add_momentum(level + 1, fine.parent[at(node)][n], weight * left);
     }
     if (level == 0) {
         anchor_.col(node) = state.position.col(node) - displacement;
@@ -284,21 +284,21 @@ void RegionTissue::sleep(std::size_t level, Index node) {
     for (std::uint32_t e = fine.first_edge[at(node)]; e < fine.first_edge[at(node) + 1]; ++e) {
         const std::uint32_t edge = fine.edge_at[e];
         const Index other = fine.other_end(edge, node);
-        if (fine.awake[at(other)] != 0) continue;
+        if (fine.active[at(other)] != 0) continue;
         const SymmetricBlock stiffness = stiffness_of(level, edge);
         add_edge(level, edge, stiffness, damping_of(level, edge), 1.0);
         if (level > 0) continue;
         refresh(0, other);
         take_pull(edge, stiffness);
     }
-    tell_pulls();
+    report_pulls();
     ++moment_;  // other nodes have taken the momentum: what moves with them is no longer up to date
     changed_ = true;
 }
 
-double RegionTissue::visit(Index vertex) {
+double RegionTissue::relax(Index vertex) {
     RegionLevel& vertices = levels_[0];
-    if (vertices.awake[at(vertex)] != 0 || vertices.fixed[at(vertex)] != 0) return 0.0;
+    if (vertices.active[at(vertex)] != 0 || vertices.fixed[at(vertex)] != 0) return 0.0;
     TissueState& state = tissue_->state();
     const std::uint32_t first = vertices.first_edge[at(vertex)];
     const std::uint32_t end = vertices.first_edge[at(vertex) + 1];
@@ -312,13 +312,13 @@ double RegionTissue::visit(Index vertex) {
         const NearSpring& spring = springs_[vertices.edge_at[e]];
         const Index other = spring.other_end(vertex);
         refresh(0, other);
-        const Eigen::Vector4d way = state.position.col(other) - state.position.col(vertex);
-        const double length = way.norm();
+        const Eigen::Vector4d path = state.position.col(other) - state.position.col(vertex);
+        const double length = path.norm();
         stretch = std::max(stretch, length * spring.inverse_rest);
         const double per_length = length == 0.0 ? 0.0 : spring.k + spring.offset / length;
         const SymmetricBlock now =
-            length == 0.0 ? SymmetricBlock{} : block_of(way.head<3>() / length, spring.k, std::max(0.0, per_length));
-        around_.push_back({stiffness_of(0, vertices.edge_at[e]), now, per_length * way});
+            length == 0.0 ? SymmetricBlock{} : block_of(path.head<3>() / length, spring.k, std::max(0.0, per_length));
+        around_.push_back({stiffness_of(0, vertices.edge_at[e]), now, per_length * path});
         force += around_.back().pull;
         add(now, block);
     }
@@ -338,7 +338,7 @@ double RegionTissue::visit(Index vertex) {
     for (std::size_t n = 0; n < around_.size(); ++n) {
         NearSpring& spring = springs_[vertices.edge_at[first + n]];
         const Index other = spring.other_end(vertex);
-        if (vertices.awake[at(other)] != 0) continue;
+        if (vertices.active[at(other)] != 0) continue;
         const Eigen::Vector4d apart = vertices.displacement.col(other) - vertices.displacement.col(vertex);
         const double sense = spring.i == vertex ? 1.0 : -1.0;
         const Eigen::Vector4d now =
@@ -352,14 +352,14 @@ double RegionTissue::visit(Index vertex) {
     return stretch;
 }
 
-double RegionTissue::further(Index vertex, const Vector3& from, double way) {
+double RegionTissue::further(Index vertex, const Vector3& from, double path) {
     const Vector3 now = tissue_->state().position.col(vertex).head<3>();
     const Index body = body_of_[at(vertex)];
     if (boxes_->has_opposite_tissue(body)) boxes_->extend(body, now);
     const double square = (now - from).squaredNorm();
-    if (square <= way * way) return way;
+    if (square <= path * path) return path;
     // The surface between a vertex and its neighbours may meet what the vertex itself does not come near.
-    return boxes_->may_meet(body, from, now, 2.0 * longest_edge_[at(vertex)]) ? std::sqrt(square) : way;
+    return boxes_->may_meet(body, from, now, 2.0 * longest_edge_[at(vertex)]) ? std::sqrt(square) : path;
 }
 
 bool RegionTissue::is_beside_others(Index vertex, double distance) const {
@@ -368,10 +368,10 @@ bool RegionTissue::is_beside_others(Index vertex, double distance) const {
     return boxes_->may_meet(body_of_[at(vertex)], place, place, distance + edges * longest_edge_[at(vertex)]);
 }
 
-double RegionTissue::take_way() {
-    const double way = way_ + furthest_ + relaxed_;
-    way_ = furthest_ = relaxed_ = 0.0;
-    return way;
+double RegionTissue::take_path() {
+    const double path = path_ + furthest_ + relaxed_;
+    path_ = furthest_ = relaxed_ = 0.0;
+    return path;
 }
 
 void RegionTissue::start() {
@@ -379,22 +379,23 @@ void RegionTissue::start() {
     for (RegionLevel& level : levels_) level.offset.setZero();
     for (std::size_t level = 0; level + 1 < levels_.size(); ++level) {
         RegionLevel& here = levels_[level];
-        for (const Index node : here.awake_nodes) {
-            here.awake[at(node)] = 0;
+        for (const Index node : here.active_nodes) {
+            here.active[at(node)] = 0;
             for (std::size_t n = 0; n < 3; ++n) {
-                const double share = here.share[at(node)][n];
-                if (share == 0.0) continue;
-                add_mass(level + 1, here.parent[at(node)][n], share * here.mass[at(node)], share * here.drag[at(node)]);
+                const double weight = here.weight[at(node)][n];
+                if (weight == 0.0) continue;
+                add_mass(level + 1, here.parent[at(node)][n], weight * here.mass[at(node)],
+                         weight * here.drag[at(node)]);
             }
             for (std::uint32_t e = here.first_edge[at(node)]; e < here.first_edge[at(node) + 1]; ++e) {
                 const std::uint32_t edge = here.edge_at[e];
-                if (here.awake[at(here.other_end(edge, node))] != 0) continue;
+                if (here.active[at(here.other_end(edge, node))] != 0) continue;
                 add_edge(level, edge, stiffness_of(level, edge), damping_of(level, edge), 1.0);
             }
         }
-        here.awake_nodes.clear();
+        here.active_nodes.clear();
     }
-    // Vertices take theirs from the levels above whenever they are looked at in a new moment.
+    // Vertices take theirs from the levels above whenever they are examined in a new moment.
     for (std::size_t level = 1; level < levels_.size(); ++level) {
         RegionLevel& here = levels_[level];
         here.displacement.setZero();
@@ -415,7 +416,7 @@ void RegionTissue::start() {
         springs_[s].pull = pull(s);
         add_pull(s, springs_[s].pull);
     }
-    tell_pulls();
+    report_pulls();
     changed_ = true;
 }
 

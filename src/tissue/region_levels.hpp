@@ -2,7 +2,7 @@
 // are the vertices; a node of a higher level stands for those around it, and a node that is asleep moves as three nodes
 // of the next level do (linear between them). Stiffness, damping, mass and drag of what sleeps are those of its level
 // projected on the next (Galerkin; mass and drag lumped), so that a far field of a few hundred nodes is as stiff as the
-// vertices it stands for. What a spring far away pulls is exact when it was last looked at and linear since.
+// vertices it stands for. What a spring far away pulls is exact when it was last examined and linear since.
 #pragma once
 
 #include <array>
@@ -48,25 +48,25 @@ struct RegionLevel {
     std::vector<std::uint32_t> edge_at;
     // The way to the next level; empty at the last one.
     std::vector<std::array<Index, 3>> parent;
-    std::vector<std::array<double, 3>> share;  ///< 0 for unused entries
+    std::vector<std::array<double, 3>> weight;  ///< 0 for unused entries
     // Per node.
-    std::vector<Vector3> rest;        ///< m
-    std::vector<double> spacing;      ///< m, to the nodes around
-    std::vector<double> mass;         ///< kg, of what sleeps below; level 0: of the vertex
-    std::vector<double> drag;         ///< kg/s, likewise
-    std::vector<double> whole_mass;   ///< kg, while all below sleeps
-    std::vector<std::uint8_t> fixed;  ///< never moves
-    std::vector<std::uint8_t> awake;  ///< moves by itself; at the last level all do
-    std::vector<Index> awake_nodes;   ///< those of them that are not fixed
-    std::vector<Index> awake_at;      ///< per node: position in awake_nodes
-    std::vector<Index> piece;         ///< connected piece of tissue that nothing holds; -1: held
-    std::vector<std::int64_t> stamp;  ///< when what sleeps was last brought up to date
-    Matrix4X displacement;            ///< m, since the start
-    Matrix4X offset;                  ///< m, of what sleeps: displacement less what the next level moves it by; not of
-                                      ///< level 0, where it is part of the place
-    Matrix4X velocity;                ///< m/s; of level 0 it is the state's
-    Matrix4X force;                   ///< N, of what sleeps below at displacement 0 and, of a node that sleeps, what
-                                      ///< its edges pull by their offsets; level 0: rest bias
+    std::vector<Vector3> rest;         ///< m
+    std::vector<double> spacing;       ///< m, to the nodes around
+    std::vector<double> mass;          ///< kg, of what sleeps below; level 0: of the vertex
+    std::vector<double> drag;          ///< kg/s, likewise
+    std::vector<double> whole_mass;    ///< kg, while all below sleeps
+    std::vector<std::uint8_t> fixed;   ///< never moves
+    std::vector<std::uint8_t> active;  ///< moves by itself; at the last level all do
+    std::vector<Index> active_nodes;   ///< those of them that are not fixed
+    std::vector<Index> active_at;      ///< per node: position in active_nodes
+    std::vector<Index> piece;          ///< connected piece of tissue that nothing holds; -1: held
+    std::vector<std::int64_t> stamp;   ///< when what sleeps was last brought up to date
+    Matrix4X displacement;             ///< m, since the start
+    Matrix4X offset;                   ///< m, of what sleeps: displacement less what the next level moves it by; not of
+                                       ///< level 0, where it is part of the place
+    Matrix4X velocity;                 ///< m/s; of level 0 it is the state's
+    Matrix4X force;                    ///< N, of what sleeps below at displacement 0 and, of a node that sleeps, what
+                                       ///< its edges pull by their offsets; level 0: rest bias
 
     [[nodiscard]] std::size_t size() const { return mass.size(); }
     [[nodiscard]] Index other_end(std::uint32_t edge, Index node) const { return i[edge] == node ? j[edge] : i[edge]; }
@@ -85,8 +85,9 @@ struct EdgeShares {
     std::size_t count = 0;
 
     EdgeShares(const RegionLevel& level, std::uint32_t edge) {
-        for (std::size_t n = 0; n < 3; ++n) add(level.parent[at(level.i[edge])][n], level.share[at(level.i[edge])][n]);
-        for (std::size_t n = 0; n < 3; ++n) add(level.parent[at(level.j[edge])][n], -level.share[at(level.j[edge])][n]);
+        for (std::size_t n = 0; n < 3; ++n) add(level.parent[at(level.i[edge])][n], level.weight[at(level.i[edge])][n]);
+        for (std::size_t n = 0; n < 3; ++n)
+            add(level.parent[at(level.j[edge])][n], -level.weight[at(level.j[edge])][n]);
     }
 
 private:
@@ -106,7 +107,7 @@ class RegionTissue {
 public:
     /// Builds the levels from the rest positions (3×N, of the frame): each has about a tenth of the nodes of the one
     /// before; the last one `fewest` or less. Vertices that are changed otherwise than by what is awake are marked in
-    /// `written`; `boxes` tell which of them can have met anything. Tissue, written and boxes outlive the object.
+    /// `written`; `boxes` say which of them can have met anything. Tissue, written and boxes outlive the object.
     RegionTissue(MovingTissue& tissue, WrittenVertices& written, BodyBoxes& boxes, const Topology& topology,
                  const Matrix3X& rest, std::size_t fewest);
 
@@ -115,17 +116,17 @@ public:
     /// A new moment: what sleeps is no longer up to date.
     void next_moment() {
         ++moment_;
-        way_ += furthest_;
+        path_ += furthest_;
         furthest_ = 0.0;
         put_ = 0;
     }
     /// Vertices that have been put to new places in this moment.
     [[nodiscard]] std::size_t put() const { return put_; }
     /// m, no vertex that sleeps and may have met another body on the way has been put further since the last call.
-    double take_way();
+    double take_path();
     /// m, how far a vertex has gone from there to where it is now if that is further than the way given and it may have
     /// met another body; else that way.
-    [[nodiscard]] double further(Index vertex, const Vector3& from, double way);
+    [[nodiscard]] double further(Index vertex, const Vector3& from, double path);
     /// Whether a vertex is, but for that distance (m), where its next way may count for `further`.
     [[nodiscard]] bool is_beside_others(Index vertex, double distance) const;
     /// Brings a node that sleeps up to date, and what it moves with.
@@ -133,15 +134,15 @@ public:
     /// Where everything that sleeps is now, into a frame; itself it stays as it is.
     void complete(Frame& frame) const;
     /// Neither changes a place; momentum goes to the nodes that the node moves with from now on.
-    void wake(std::size_t level, Index node);
-    void sleep(std::size_t level, Index node);
-    /// Looks at a vertex that sleeps: what its springs pull now, and a step of over-relaxation to where they balance,
+    void activate(std::size_t level, Index node);
+    void interpolate(std::size_t level, Index node);
+    /// Examines a vertex that sleeps: what its springs pull now, and a step of over-relaxation to where they balance,
     /// so that what the nodes of the next level cannot do dies out. Gives the largest stretch of its springs. After the
-    /// last of several visits, `tell_pulls`.
-    double visit(Index vertex);
+    /// last of several visits, `report_pulls`.
+    double relax(Index vertex);
     /// Passes on what springs that sleep pull otherwise than before: once for all, since springs side by side pull the
     /// same few nodes.
-    void tell_pulls();
+    void report_pulls();
 
     [[nodiscard]] std::vector<RegionLevel>& levels() { return levels_; }
     [[nodiscard]] const std::vector<RegionLevel>& levels() const { return levels_; }
@@ -208,7 +209,7 @@ private:
     Index pieces_ = 0;
     std::size_t put_ = 0;
     double furthest_ = 0.0;       ///< m, in this moment
-    double way_ = 0.0;            ///< m, in those before
+    double path_ = 0.0;           ///< m, in those before
     double relaxed_ = 0.0;        ///< m, furthest that a visit has moved a vertex
     std::vector<Around> around_;  ///< the springs of the vertex that is visited
     bool changed_ = true;

@@ -16,15 +16,15 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     for (const Index local : contacts.touched()) start_.emplace_back(state.velocity.col(local).head<3>());
     take_laws(h, known, contacts);
     stand_still();
-    residual_.leftCols(eigen_index(awake_)) = whole_right_side_.leftCols(eigen_index(awake_));
-    acts_ = kernels_->improve(awake_, 0.0, direction_.data(), image_.data(), inverse_.data(), change_.data(),
+    residual_.leftCols(eigen_index(active_)) = whole_right_side_.leftCols(eigen_index(active_));
+    acts_ = kernels_->improve(active_, 0.0, direction_.data(), image_.data(), inverse_.data(), change_.data(),
                               residual_.data(), preconditioned_.data());
-    contacts.gather_grip();
+    contacts.gather_anchor();
     for (std::size_t c = 0; c < all.size(); ++c) {
         all[c].rubbed.setZero();
-        if (!all[c].rubs || !(all[c].force > 0.0)) continue;
-        const TickContacts::Grip& grip = contacts.grip(contacts.given(all[c]).slip_key);
-        if (grip.most == 0.0 || grip.firmest == c) stick(h, c, contacts);
+        if (!all[c].has_friction || !(all[c].force > 0.0)) continue;
+        const TickContacts::Anchor& anchor = contacts.anchor(contacts.given(all[c]).slip_key);
+        if (anchor.most == 0.0 || anchor.strongest == c) stick(h, c, contacts);
     }
     const auto show_velocities = [&] {
         for (const Index local : contacts.touched()) {
@@ -46,12 +46,12 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
         show_velocities();
         double largest = 0.0;
         for (const TickContact& contact : all) largest = std::max(largest, std::abs(contact.force));
-        if (!contacts.any_rubs() || rub(h, contacts) <= settled * largest) break;
+        if (!contacts.any_has_friction() || rub(h, contacts) <= settled * largest) break;
     }
     remember_forces(contacts);
     close_momentum();
     show_velocities();
-    if (contacts.any_rubs()) stretch_slips(h, contacts);
+    if (contacts.any_has_friction()) stretch_slips(h, contacts);
     if (contacts.has_solver()) {
         contacts.solve_impulses(h, 1, state);
         for (const Index local : contacts.touched()) {
@@ -144,9 +144,9 @@ double RegionSystem::tangent_slope(double h, const TickContact& contact, const T
 /// A contact that sticks holds what it touches along the surface by its spring.
 void RegionSystem::stick(double h, std::size_t c, TickContacts& contacts) {
     const TickContact& contact = contacts.all()[c];
-    const LinearContact& source = contacts.given(contact);
+    const ContactForceLaw& source = contacts.given(contact);
     Row& row = rows_[c];
-    row.rubs = true;
+    row.has_friction = true;
     row.slide.setZero();
     row.slope = tangent_slope(h, contact, contacts);
     row.stretched = source.tangent_k * contact.along_surface(contacts.slip(source.slip_key));
@@ -165,11 +165,11 @@ void RegionSystem::slide(double h, std::size_t c, double most, const Vector3& pu
 
 /// What the contacts that hold along the surface put on the right side.
 void RegionSystem::take_rows(double h, const TickContacts& contacts) {
-    right_side_.leftCols(eigen_index(awake_)) = whole_right_side_.leftCols(eigen_index(awake_));
+    right_side_.leftCols(eigen_index(active_)) = whole_right_side_.leftCols(eigen_index(active_));
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const TickContact& contact = contacts.all()[c];
         const Row& row = rows_[c];
-        if (!row.rubs) continue;
+        if (!row.has_friction) continue;
         Vector3 speed = -contact.surface;  // as the step begins
         for (std::size_t i = 0; i < at(contact.count); ++i) {
             speed += contact.weight[i] * start_[at(contacts.spot(contact.vertex[i]))];
@@ -293,7 +293,7 @@ double RegionSystem::precondition(double by, const Part& part, const TickContact
 }
 
 /// Whether the iterations may end. A stiff contact takes up what pushes it at hardly any rate, so that by blocks that
-/// contain it (`rho`) a residual of a tenth of all forces looks like nothing: what is open is measured by those
+/// contain it (`rho`) a residual of a tenth of all forces resembles nothing: what is open is measured by those
 /// without, and held against what the contacts give. `rho` has to fall as well: loads far from contacts are part of it.
 bool RegionSystem::is_settled(double rho, double tolerance) const {
     double given = 0.0;
@@ -433,9 +433,9 @@ RegionSystem::Descent RegionSystem::descend(const Part& part, double rho, double
 void RegionSystem::go_along(double h, const Part& part, const TickContacts& contacts) {
     const std::span<const TickContact> all = contacts.all();
     const auto count = eigen_index(part.nodes);
-    auto way = change_.leftCols(count);
+    auto path = change_.leftCols(count);
     auto taken = residual_.leftCols(count);
-    way -= start_change_.leftCols(count);
+    path -= start_change_.leftCols(count);
     taken = start_residual_.leftCols(count) - taken;
     const double downhill = kernels_->dot(part.nodes, start_residual_.data(), change_.data());
     double curvature = kernels_->dot(part.nodes, residual_.data(), change_.data());
@@ -450,7 +450,7 @@ void RegionSystem::go_along(double h, const Part& part, const TickContacts& cont
         if (row.along != 0.0) moved_.push_back(c);
     }
     const double step = step_length(h, downhill, curvature);
-    way = start_change_.leftCols(count) + step * way;
+    path = start_change_.leftCols(count) + step * path;
     taken = start_residual_.leftCols(count) - step * taken;
     for (const std::size_t c : moved_) {
         Row& row = rows_[c];
@@ -470,7 +470,7 @@ void RegionSystem::close_momentum() {
     left_.setZero();
     std::fill(piece_inertia_.begin(), piece_inertia_.end(), 0.0);
     const auto each = [&](const auto& act) {
-        for (std::size_t n = 0; n < awake_; ++n) {
+        for (std::size_t n = 0; n < active_; ++n) {
             const Index piece = region_->levels()[nodes_[n].level].piece[at(nodes_[n].node)];
             if (piece >= 0) act(eigen_index(n), piece);
         }
@@ -489,18 +489,18 @@ void RegionSystem::close_momentum() {
 /// What each contact gives along the surface at the velocities that the last laws have led to, and its law there for
 /// the next ones. Gives how far the last laws were from Coulomb's, N.
 double RegionSystem::rub(double h, TickContacts& contacts) {
-    contacts.gather_grip(true);
+    contacts.gather_anchor(true);
     const std::span<TickContact> all = contacts.all();
     const TissueState& state = tissue_->state();
     double off = 0.0;
     for (std::size_t c = 0; c < all.size(); ++c) {
         TickContact& contact = all[c];
-        if (!contact.rubs) continue;
+        if (!contact.has_friction) continue;
         Row& row = rows_[c];
-        const bool grips = contacts.grips(c);
-        if (!grips && !row.rubs) continue;
-        const LinearContact& source = contacts.given(contact);
-        const double most = grips ? contacts.grip(source.slip_key).most : 0.0;
+        const bool anchors = contacts.anchors(c);
+        if (!anchors && !row.has_friction) continue;
+        const ContactForceLaw& source = contacts.given(contact);
+        const double most = anchors ? contacts.anchor(source.slip_key).most : 0.0;
         const Vector3 speed = contact.along_surface(TickContacts::speed(contact, state));
         contact.rubbed = -row.stretched - row.slope * row.held(speed, contact);
         const Vector3 pull = source.tangent_k * contact.along_surface(contacts.slip(source.slip_key)) +
@@ -508,7 +508,7 @@ double RegionSystem::rub(double h, TickContacts& contacts) {
         const double wanted = pull.norm();
         const double part = wanted > most ? most / wanted : 1.0;
         off = std::max(off, (part * pull + contact.rubbed).norm());
-        if (!grips) {
+        if (!anchors) {
             row.stop_rubbing();
         } else if (part == 1.0 || pull.dot(row.slide) < 0.0) {
             // What has been pushed back beyond its spring sticks: to slide the other way, it would be pushed on.
@@ -527,8 +527,8 @@ void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
     const TissueState& state = tissue_->state();
     for (std::size_t c = 0; c < contacts.all().size(); ++c) {
         TickContact& contact = contacts.all()[c];
-        if (!contact.rubs || !contacts.grips(c)) continue;
-        const double most = contacts.grip(contacts.given(contact).slip_key).most;
+        if (!contact.has_friction || !contacts.anchors(c)) continue;
+        const double most = contacts.anchor(contacts.given(contact).slip_key).most;
         if (contact.rubbed.norm() > most) contact.rubbed *= most / contact.rubbed.norm();
         contacts.stretch(c, h * TickContacts::speed(contact, state));
     }
@@ -539,7 +539,7 @@ double RegionSystem::move(double h) {
     std::vector<RegionLevel>& levels = region_->levels();
     double furthest = 0.0;
     bool finite = true;
-    for (std::size_t n = 0; n < awake_; ++n) {
+    for (std::size_t n = 0; n < active_; ++n) {
         const Index node = nodes_[n].node;
         RegionLevel& here = levels[nodes_[n].level];
         const bool vertex = nodes_[n].level == 0;
@@ -547,13 +547,13 @@ double RegionSystem::move(double h) {
         Matrix4X& velocity = vertex ? state.velocity : here.velocity;
         Matrix4X& place = vertex ? state.position : here.displacement;
         velocity.col(node) += change_.col(eigen_index(n));
-        const Eigen::Vector4d way = h * velocity.col(node);
-        place.col(node) += way;
-        furthest = std::max(furthest, way.cwiseAbs().maxCoeff());
-        finite = finite && way.allFinite();
+        const Eigen::Vector4d path = h * velocity.col(node);
+        place.col(node) += path;
+        furthest = std::max(furthest, path.cwiseAbs().maxCoeff());
+        finite = finite && path.allFinite();
     }
     region_->next_moment();
-    for (std::size_t n = awake_; n < nodes_.size() && nodes_[n].level == 0; ++n) region_->refresh(0, nodes_[n].node);
+    for (std::size_t n = active_; n < nodes_.size() && nodes_[n].level == 0; ++n) region_->refresh(0, nodes_[n].node);
     return finite ? furthest : std::numeric_limits<double>::quiet_NaN();
 }
 

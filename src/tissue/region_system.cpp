@@ -83,20 +83,20 @@ void RegionSystem::list(double h) {
     stiff_edges_.clear();
     inertia_.clear();
     for (std::size_t level = 0; level < levels.size(); ++level) {
-        for (const Index node : levels[level].awake_nodes) {
+        for (const Index node : levels[level].active_nodes) {
             if (level == 0 || levels[level].has_a_say(node)) number_of(level, node);
         }
     }
-    awake_ = nodes_.size();
-    std::size_t first = awake_;
+    active_ = nodes_.size();
+    std::size_t first = active_;
     for (std::size_t level = 0; level < levels.size(); ++level) {
         const RegionLevel& here = levels[level];
-        for (std::size_t n = 0; n < awake_; ++n) {
+        for (std::size_t n = 0; n < active_; ++n) {
             if (nodes_[n].level != level) continue;
             const Index node = nodes_[n].node;
             for (std::uint32_t e = here.first_edge[at(node)]; e < here.first_edge[at(node) + 1]; ++e) {
                 const Index other = here.other_end(here.edge_at[e], node);
-                if (here.awake[at(other)] == 0 && here.fixed[at(other)] == 0) number_of(level, other);
+                if (here.active[at(other)] == 0 && here.fixed[at(other)] == 0) number_of(level, other);
             }
         }
         const std::size_t end = nodes_.size();
@@ -104,33 +104,33 @@ void RegionSystem::list(double h) {
             if (nodes_[n].level != level) continue;
             for (std::size_t p = 0; p < 3; ++p) {
                 const Index parent = here.parent[at(nodes_[n].node)][p];
-                if (here.share[at(nodes_[n].node)][p] == 0.0 || levels[level + 1].fixed[at(parent)] != 0) continue;
-                if (levels[level + 1].awake[at(parent)] == 0) number_of(level + 1, parent);
+                if (here.weight[at(nodes_[n].node)][p] == 0.0 || levels[level + 1].fixed[at(parent)] != 0) continue;
+                if (levels[level + 1].active[at(parent)] == 0) number_of(level + 1, parent);
             }
         }
     }
     const std::size_t still = nodes_.size();
     for (std::size_t level = 0; level < levels.size(); ++level) {
-        for (std::size_t n = awake_; n < still; ++n) {
+        for (std::size_t n = active_; n < still; ++n) {
             if (nodes_[n].level != level) continue;
             Ghost ghost{.number = n, .parent = {still, still, still}};
             for (std::size_t p = 0; p < 3; ++p) {
                 const Index parent = levels[level].parent[at(nodes_[n].node)][p];
                 // One that is awake and has no number has no say, nor has what this ghost pulls it by.
                 if (levels[level + 1].fixed[at(parent)] != 0 || number_[level + 1][at(parent)] < 0) continue;
-                ghost.share[p] = levels[level].share[at(nodes_[n].node)][p];
-                if (ghost.share[p] != 0.0) ghost.parent[p] = at(number_[level + 1][at(parent)]);
+                ghost.weight[p] = levels[level].weight[at(nodes_[n].node)][p];
+                if (ghost.weight[p] != 0.0) ghost.parent[p] = at(number_[level + 1][at(parent)]);
             }
             ghosts_.push_back(ghost);
         }
     }
-    for (std::size_t n = 0; n < awake_; ++n) {
+    for (std::size_t n = 0; n < active_; ++n) {
         const RegionLevel& here = levels[nodes_[n].level];
         const Index node = nodes_[n].node;
         inertia_.push_back(here.mass[at(node)] + h * here.drag[at(node)]);
     }
     std::fill_n(far_block_.begin(), still + 1, SymmetricBlock{});
-    for (std::size_t n = 0; n < awake_; ++n) {
+    for (std::size_t n = 0; n < active_; ++n) {
         const std::size_t level = nodes_[n].level;
         const RegionLevel& here = levels[level];
         const Index node = nodes_[n].node;
@@ -170,9 +170,9 @@ void RegionSystem::list(double h) {
     }
     for (Matrix4X* vector : {&change_, &direction_, &place_, &speed_}) vector->col(eigen_index(still)).setZero();
     const auto is_vertex = [](const Node& node) { return node.level == 0; };
-    const auto end = nodes_.begin() + static_cast<std::ptrdiff_t>(awake_);
+    const auto end = nodes_.begin() + static_cast<std::ptrdiff_t>(active_);
     vertices_ = {static_cast<std::size_t>(std::count_if(nodes_.begin(), end, is_vertex)), springs_.size()};
-    everything_ = {awake_, edges_.size()};
+    everything_ = {active_, edges_.size()};
     sort_blocks();
     listed_for_ = h;
 }
@@ -186,16 +186,16 @@ void RegionSystem::sort_blocks() {
         const bool pulled = is_pulled_[ghost.number] != 0;
         if (pulled) pulled_ghosts_.push_back(ghost);
         for (std::size_t p = 0; p < 3; ++p) {
-            if (ghost.share[p] == 0.0) continue;
+            if (ghost.weight[p] == 0.0) continue;
             if (pulled) {
                 is_pulled_[ghost.parent[p]] = 1;
             } else {
-                add_scaled(ghost.share[p] * ghost.share[p], far_block_[ghost.number], far_block_[ghost.parent[p]]);
+                add_scaled(ghost.weight[p] * ghost.weight[p], far_block_[ghost.number], far_block_[ghost.parent[p]]);
             }
         }
     }
     pulled_nodes_.clear();
-    for (std::size_t n = 0; n < awake_; ++n) {
+    for (std::size_t n = 0; n < active_; ++n) {
         if (is_pulled_[n] != 0) {
             pulled_nodes_.push_back(n);
         } else {
@@ -210,7 +210,7 @@ void RegionSystem::prepare(double h) {
     if (region_->take_changed() || listed_for_ != h) list(h);
     std::vector<RegionLevel>& levels = region_->levels();
     TissueState& state = tissue_->state();
-    for (std::size_t n = awake_; n < nodes_.size(); ++n) region_->refresh(nodes_[n].level, nodes_[n].node);
+    for (std::size_t n = active_; n < nodes_.size(); ++n) region_->refresh(nodes_[n].level, nodes_[n].node);
     Matrix4X& right = whole_right_side_;
     const auto columns = eigen_index(nodes_.size() + 1);
     right.leftCols(columns).setZero();
@@ -220,13 +220,13 @@ void RegionSystem::prepare(double h) {
         const RegionLevel& here = levels[nodes_[n].level];
         const Index node = nodes_[n].node;
         if (nodes_[n].level == 0) {
-            if (n >= awake_) continue;
+            if (n >= active_) continue;
             right.col(number) = h * (state.constant.col(node) - here.drag[at(node)] * state.velocity.col(node));
             continue;
         }
         place_.col(number) = here.displacement.col(node);
         speed_.col(number) = here.velocity.col(node);
-        if (n < awake_) right.col(number) = h * (here.force.col(node) - here.drag[at(node)] * speed_.col(number));
+        if (n < active_) right.col(number) = h * (here.force.col(node) - here.drag[at(node)] * speed_.col(number));
     }
     kernels_->multiply(stiff_edges_, place_.data(), image_.data());
     kernels_->multiply(std::span(edges_).subspan(springs_.size()), speed_.data(), image_.data());
@@ -238,10 +238,10 @@ void RegionSystem::prepare(double h) {
         const RegionSpring& spring = springs_[s];
         const Index i = spring.i;
         const Index j = spring.j;
-        const Vector3 way = (state.position.col(j) - state.position.col(i)).head<3>();
-        const double length = way.norm();
+        const Vector3 path = (state.position.col(j) - state.position.col(i)).head<3>();
+        const double length = path.norm();
         const double inverse = length == 0.0 ? 0.0 : 1.0 / length;
-        const Vector3 u = inverse * way;
+        const Vector3 u = inverse * path;
         const double tension = length == 0.0 ? 0.0 : spring.k * length + spring.offset;
         const double beta = std::max(0.0, h * h * tension * inverse);
         const double alpha = length == 0.0 ? 0.0 : h * (spring.damping + h * spring.k) - beta;
@@ -262,10 +262,10 @@ void RegionSystem::prepare(double h) {
         add(block, block_[at(edge.own)]);
         add(block, block_[at(edge.other)]);
     }
-    gather_up(right);
+    restrict_to_coarse(right);
     for (const Ghost& ghost : pulled_ghosts_) {
         for (std::size_t p = 0; p < 3; ++p) {
-            add_scaled(ghost.share[p] * ghost.share[p], block_[ghost.number], block_[ghost.parent[p]]);
+            add_scaled(ghost.weight[p] * ghost.weight[p], block_[ghost.number], block_[ghost.parent[p]]);
         }
     }
     for (const std::size_t n : pulled_nodes_) {
@@ -289,20 +289,20 @@ void RegionSystem::invert(std::size_t node, const Matrix3& block) {
 }
 
 /// Ghosts move as the nodes do that they sleep with.
-void RegionSystem::spread_down(Matrix4X& vector) const {
+void RegionSystem::prolongate(Matrix4X& vector) const {
     for (std::size_t n = ghosts_.size(); n-- > 0;) {
         const Ghost& ghost = ghosts_[n];
-        vector.col(eigen_index(ghost.number)) = ghost.share[0] * vector.col(eigen_index(ghost.parent[0])) +
-                                                ghost.share[1] * vector.col(eigen_index(ghost.parent[1])) +
-                                                ghost.share[2] * vector.col(eigen_index(ghost.parent[2]));
+        vector.col(eigen_index(ghost.number)) = ghost.weight[0] * vector.col(eigen_index(ghost.parent[0])) +
+                                                ghost.weight[1] * vector.col(eigen_index(ghost.parent[1])) +
+                                                ghost.weight[2] * vector.col(eigen_index(ghost.parent[2]));
     }
 }
 
 /// What ghosts are pushed by pushes those nodes.
-void RegionSystem::gather_up(Matrix4X& vector) const {
+void RegionSystem::restrict_to_coarse(Matrix4X& vector) const {
     for (const Ghost& ghost : ghosts_) {
         for (std::size_t p = 0; p < 3; ++p) {
-            vector.col(eigen_index(ghost.parent[p])) += ghost.share[p] * vector.col(eigen_index(ghost.number));
+            vector.col(eigen_index(ghost.parent[p])) += ghost.weight[p] * vector.col(eigen_index(ghost.number));
         }
     }
 }
@@ -310,14 +310,14 @@ void RegionSystem::gather_up(Matrix4X& vector) const {
 /// image_ = A direction_ without what presses, where image_ has what the inertia of the nodes makes of it; of that
 /// part.
 void RegionSystem::multiply(const Part& part, const TickContacts& contacts) {
-    const bool with_ghosts = part.nodes == awake_;  // they move as coarser nodes do
-    if (with_ghosts) spread_down(direction_);
-    for (std::size_t n = awake_; n <= nodes_.size(); ++n) image_.col(eigen_index(n)).setZero();
+    const bool with_ghosts = part.nodes == active_;  // they move as coarser nodes do
+    if (with_ghosts) prolongate(direction_);
+    for (std::size_t n = active_; n <= nodes_.size(); ++n) image_.col(eigen_index(n)).setZero();
     kernels_->multiply(std::span(edges_).first(part.edges), direction_.data(), image_.data());
-    if (with_ghosts) gather_up(image_);
+    if (with_ghosts) restrict_to_coarse(image_);
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const Row& row = rows_[c];
-        if (!row.rubs) continue;
+        if (!row.has_friction) continue;
         const TickContact& contact = contacts.all()[c];
         Vector3 rate = Vector3::Zero();
         each_end(contact, [&](Eigen::Index n, double weight) { rate += weight * direction_.col(n).head<3>(); });

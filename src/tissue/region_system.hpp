@@ -54,7 +54,7 @@ private:
     struct Ghost {
         std::size_t number = 0;
         std::array<std::size_t, 3> parent{};
-        std::array<double, 3> share{};
+        std::array<double, 3> weight{};
     };
     /// How a contact acts in the matrix.
     struct Row {
@@ -73,7 +73,7 @@ private:
             return contact.along_surface(vector) - vector.dot(slide) * slide;
         }
         void stop_rubbing() {
-            rubs = false;
+            has_friction = false;
             slope = 0.0;
             stretched.setZero();
             slide.setZero();
@@ -92,7 +92,7 @@ private:
         bool couples = false;      ///< presses on several vertices, which the preconditioner knows
         double square = 0.0;       ///< kg m²/s² per N², of its force as residuals are measured without contacts
         // Along the surface it gives -stretched - slope held(speed after the step).
-        bool rubs = false;
+        bool has_friction = false;
         double slope = 0.0;                   ///< N s/m
         Vector3 stretched = Vector3::Zero();  ///< N
         Vector3 slide = Vector3::Zero();      ///< the way it slides; zero where it sticks
@@ -115,8 +115,8 @@ private:
     void sort_blocks();
     Index number_of(std::size_t level, Index node);
     void invert(std::size_t node, const Matrix3& block);
-    void spread_down(Matrix4X& vector) const;
-    void gather_up(Matrix4X& vector) const;
+    void prolongate(Matrix4X& vector) const;
+    void restrict_to_coarse(Matrix4X& vector) const;
     void multiply(const Part& part, const TickContacts& contacts);
     double precondition(double by, const Part& part, const TickContacts& contacts);
     void couple(const TickContacts& contacts);
@@ -167,7 +167,7 @@ private:
     std::vector<std::vector<Index>> number_;  ///< per level and node, -1: not in the system
     std::vector<Node> nodes_;                 ///< awake ones first, then ghosts; the last number is what never moves
     std::vector<Ghost> ghosts_;               ///< by level
-    std::size_t awake_ = 0;
+    std::size_t active_ = 0;
     Part vertices_;                  ///< those that are awake
     Part everything_;                ///< that is awake
     std::vector<RegionEdge> edges_;  ///< springs first

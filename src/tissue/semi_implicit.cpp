@@ -18,11 +18,11 @@ public:
                                         const Matrix3X& position, double dt, bool closely) const override {
         return explicit_step(materials, position, dt, closely);
     }
-    Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to,
+    Outcome advance(const ResponseOutput& output, double dt, const Frame& from, Frame& to,
                     std::vector<Wrench>& reaction) override {
-        return tissue_->advance(effect, dt, from, to, reaction);
+        return tissue_->advance(output, dt, from, to, reaction);
     }
-    [[nodiscard]] std::span<const ContactLoad> loads() const override { return tissue_->loads(); }
+    [[nodiscard]] std::span<const ContactForce> loads() const override { return tissue_->loads(); }
     [[nodiscard]] double max_strain() const override { return tissue_->max_strain(); }
     [[nodiscard]] std::int64_t limited_edges() const override { return tissue_->limited_edges(); }
     [[nodiscard]] double largest_move() const override { return tissue_ ? tissue_->largest_move() : 0.0; }
@@ -39,9 +39,9 @@ StepperEntry semi_implicit_stepper() {
     entry.version = "1";
     entry.meaning = "springs by sub-stepped semi-implicit Euler, the contacts of a sub-step together and implicit";
     entry.is_default = true;
-    entry.takes_linear_contacts = true;
+    entry.takes_contact_force_laws = true;
     entry.takes_solved_contacts = true;
-    entry.takes_placements = true;
+    entry.takes_position_corrections = true;
     entry.takes_held_forces = true;
     entry.make = [](const ParameterValues&) { return std::make_unique<SemiImplicit>(); };
     return entry;

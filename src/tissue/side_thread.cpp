@@ -60,8 +60,8 @@ void SideThread::change(State to) {
 
 /// Asleep after a while: a machine with a single processor has to let the other thread on.
 void SideThread::wait_awake_while(State now) const {
-    constexpr int looks = 4000;
-    for (int n = 0; n < looks; ++n) {
+    constexpr int polls = 4000;
+    for (int n = 0; n < polls; ++n) {
         if (state_.load() != now) return;
         hwy::Pause();
     }

@@ -18,7 +18,7 @@
 #ifndef TROCAR_SPRING_BLOCK
 #define TROCAR_SPRING_BLOCK
 namespace trocar {
-/// Springs between two looks at which vertices they have passed.
+/// Springs between two examines which vertices they have passed.
 constexpr std::size_t spring_block = 128;
 }  // namespace trocar
 #endif
@@ -129,7 +129,7 @@ double largest_stretch(const SpringArrays& springs, const TissueState& state) {
     return result;
 }
 
-/// Moves vertices and keeps what SubStepCheck tells of them.
+/// Moves vertices and keeps what SubStepCheck reports them.
 class Mover {
 public:
     HWY_INLINE Mover(double h, const SpringArrays& springs, TissueState& state)
@@ -160,11 +160,11 @@ public:
                 sum = hn::Add(sum, hn::LoadU(d, force + 4 * (s & last_spot)));
             }
             const auto velocity = hn::Add(old, hn::Mul(hn::Set(d, h_ * inverse_mass[v]), sum));
-            const auto way = hn::Mul(hn::Set(d, h_), velocity);
-            const auto position = hn::Add(hn::LoadU(d, positions + 4 * v), way);
+            const auto path = hn::Mul(hn::Set(d, h_), velocity);
+            const auto position = hn::Add(hn::LoadU(d, positions + 4 * v), path);
             hn::StoreU(velocity, d, velocities + 4 * v);
             hn::StoreU(position, d, positions + 4 * v);
-            furthest = hn::Max(furthest, hn::Abs(way));
+            furthest = hn::Max(furthest, hn::Abs(path));
             not_finite = hn::Add(not_finite, hn::Mul(hn::Add(position, velocity), hn::Zero(d)));
         }
         furthest_ = furthest;
@@ -196,7 +196,7 @@ double largest_stretch(const SpringArrays& springs, const TissueState& state) {
     return result;
 }
 
-/// Moves vertices and keeps what SubStepCheck tells of them.
+/// Moves vertices and keeps what SubStepCheck reports them.
 class Mover {
 public:
     Mover(double h, const SpringArrays& springs, TissueState& state) : h_(h), springs_(&springs), state_(&state) {}
@@ -217,9 +217,9 @@ public:
                     force += column(springs_->force, spot(*springs_, s))[axis];
                 }
                 velocity[axis] += h_ * inverse_mass * force;
-                const double way = h_ * velocity[axis];
-                position[axis] += way;
-                furthest_ = std::max(furthest_, std::abs(way));
+                const double path = h_ * velocity[axis];
+                position[axis] += path;
+                furthest_ = std::max(furthest_, std::abs(path));
                 not_finite_ += (position[axis] + velocity[axis]) * 0.0;
             }
         }

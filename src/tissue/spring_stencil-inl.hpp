@@ -27,7 +27,7 @@ public:
         : h_(h),
           stencil_(&stencil),
           state_(&state),
-          reach_(stencil.reach),
+          query_distance_(stencil.query_distance),
           count_(stencil.offsets.size()),
           work_(stencil.work.data()) {}
 
@@ -36,7 +36,7 @@ public:
         for (std::size_t first = 0; first < vertices; first += SpringStencil::block) {
             const std::size_t end = std::min(first + SpringStencil::block, vertices);
             make_room(first);
-            take_until(std::min(stencil_->groups * group, first + SpringStencil::block + reach_));
+            take_until(std::min(stencil_->groups * group, first + SpringStencil::block + query_distance_));
             for (std::size_t c = 0; c < count_; ++c) find_forces(c, first, end);
             move(first, end);
         }
@@ -54,14 +54,14 @@ private:
     static constexpr std::size_t force_rows = 6;  ///< those before the first force
 
     /// Column of a vertex in the window. What the springs of earlier vertices give, and the empty columns before the
-    /// first vertex, stand `reach_` before a block.
-    [[nodiscard]] std::size_t column_of(std::size_t v) const { return v + reach_ - start_; }
+    /// first vertex, stand `query_distance_` before a block.
+    [[nodiscard]] std::size_t column_of(std::size_t v) const { return v + query_distance_ - start_; }
 
     /// Moves the window on when the block at `first` and what its springs lead to does not fit behind the last.
     void make_room(std::size_t first) {
-        const std::size_t end = column_of(first) + SpringStencil::block + reach_ + group;
+        const std::size_t end = column_of(first) + SpringStencil::block + query_distance_ + group;
         if (end <= SpringStencil::window) return;
-        const std::size_t from = column_of(first) - reach_;
+        const std::size_t from = column_of(first) - query_distance_;
         const std::size_t until = column_of(taken_);
         for (std::size_t r = 0; r < force_rows + 3 * count_; ++r) {
             std::copy(work_ + r * row + from, work_ + r * row + until, work_ + r * row);
@@ -186,16 +186,16 @@ private:
         const auto velocity_x = hn::Add(old_x, hn::Mul(gain, x));
         const auto velocity_y = hn::Add(old_y, hn::Mul(gain, y));
         const auto velocity_z = hn::Add(old_z, hn::Mul(gain, z));
-        const auto way_x = hn::Mul(hn::Set(d, h_), velocity_x);
-        const auto way_y = hn::Mul(hn::Set(d, h_), velocity_y);
-        const auto way_z = hn::Mul(hn::Set(d, h_), velocity_z);
+        const auto path_x = hn::Mul(hn::Set(d, h_), velocity_x);
+        const auto path_y = hn::Mul(hn::Set(d, h_), velocity_y);
+        const auto path_z = hn::Mul(hn::Set(d, h_), velocity_z);
         const auto old_place_x = hn::LoadU(d, at);
         const auto old_place_y = hn::LoadU(d, at + row);
         const auto old_place_z = hn::LoadU(d, at + 2 * row);
-        const auto place_x = hn::Add(old_place_x, way_x);
-        const auto place_y = hn::Add(old_place_y, way_y);
-        const auto place_z = hn::Add(old_place_z, way_z);
-        const auto furthest = hn::Max(hn::Abs(way_x), hn::Max(hn::Abs(way_y), hn::Abs(way_z)));
+        const auto place_x = hn::Add(old_place_x, path_x);
+        const auto place_y = hn::Add(old_place_y, path_y);
+        const auto place_z = hn::Add(old_place_z, path_z);
+        const auto furthest = hn::Max(hn::Abs(path_x), hn::Max(hn::Abs(path_y), hn::Abs(path_z)));
         const auto sum =
             hn::Add(hn::Add(hn::Add(place_x, velocity_x), hn::Add(place_y, velocity_y)), hn::Add(place_z, velocity_z));
         if (hn::AllTrue(d, moves)) {
@@ -291,9 +291,9 @@ private:
     double h_;
     SpringStencil* stencil_;
     TissueState* state_;
-    std::size_t reach_, count_;
+    std::size_t query_distance_, count_;
     double* work_;
-    std::size_t start_ = 0;  ///< vertex at column `reach_` of the window
+    std::size_t start_ = 0;  ///< vertex at column `query_distance_` of the window
     std::size_t taken_ = 0;  ///< vertices before it are in the window
     WideVector furthest_ = hn::Zero(Wide());
     WideVector not_finite_ = hn::Zero(Wide());  // a finite number times zero is zero; infinities and NaN give NaN

@@ -59,7 +59,7 @@ SpringStencil spring_stencil(const SpringArrays& springs) {
     }
     constexpr double worthwhile = 1.5;
     if (static_cast<double>(columns) > worthwhile * static_cast<double>(springs.size())) return {};
-    stencil.reach = groups_of(stencil.offsets.back()) * group;
+    stencil.query_distance = groups_of(stencil.offsets.back()) * group;
     stencil.work.assign((6 + 3 * count) * SpringStencil::window, 0.0);
     return stencil;
 }

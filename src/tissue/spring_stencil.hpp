@@ -40,7 +40,7 @@ struct SpringStencil {
     LineVector constants;
     /// Per group first outgoing, then incoming springs: for each offset one bit per vertex that has one.
     std::vector<std::uint8_t> present;
-    std::size_t reach = 0;  ///< largest offset, rounded up to groups
+    std::size_t query_distance = 0;  ///< largest offset, rounded up to groups
     /// Rows x y z and those of the velocity of the vertices around a block, then forces x y z per offset.
     LineVector work{};
     [[nodiscard]] bool empty() const { return offsets.empty(); }

@@ -39,7 +39,7 @@ Vector3 under_point(const std::array<double, 3>& given, const Corners& face, con
 TickContacts::TickContacts(Index vertex_count, std::size_t moving) {
     slip_.setZero(3, vertex_count);
     rubbed_.assign(at(vertex_count), 0);
-    grip_.assign(at(vertex_count), {});
+    anchor_.assign(at(vertex_count), {});
     rubbing_.reserve(at(vertex_count));
     spot_.assign(at(vertex_count), -1);
     touched_.reserve(moving);
@@ -53,25 +53,25 @@ TickContacts::TickContacts(Index vertex_count, std::size_t moving) {
     predicted_.reserve(usual, moving);
 }
 
-void TickContacts::collect(const Effect& effect, const Frame& frame, const TissueState& state,
+void TickContacts::collect(const ResponseOutput& output, const Frame& frame, const TissueState& state,
                            std::span<const Vector3> late) {
-    effect_ = &effect;
+    output_ = &output;
     for (const Index v : touched_) spot_[at(v)] = -1;
     touched_.clear();
     contacts_.clear();
     elapsed_ = 0.0;
     shifts_ = false;
-    mean_normal_.assign(effect.contacts.size(), Vector3::Zero());
-    loads_.assign(effect.contacts.size(), {});
-    mean_friction_.assign(effect.contacts.size(), Vector3::Zero());
+    mean_normal_.assign(output.contacts.size(), Vector3::Zero());
+    loads_.assign(output.contacts.size(), {});
+    mean_friction_.assign(output.contacts.size(), Vector3::Zero());
     // A contact that was not in the last tick's effect starts with an unstretched tangential spring.
     std::erase_if(rubbing_, [this](Index v) { return --rubbed_[at(v)] == 0; });
-    for (const Index key : rubbing_) grip_[at(key)] = {};
-    for (std::size_t c = 0; c < effect.contacts.size(); ++c) {
+    for (const Index key : rubbing_) anchor_[at(key)] = {};
+    for (std::size_t c = 0; c < output.contacts.size(); ++c) {
         TickContact entry;
         entry.source = c;
-        if (!enter(effect.contacts[c], frame, state, late, entry)) continue;
-        remember_slip(effect.contacts[c], entry);
+        if (!enter(output.contacts[c], frame, state, late, entry)) continue;
+        remember_slip(output.contacts[c], entry);
         loads_[c].work = 0.0;
         const auto touch = [this](Index local) {
             if (spot_[at(local)] >= 0) return;
@@ -81,7 +81,7 @@ void TickContacts::collect(const Effect& effect, const Frame& frame, const Tissu
         for (int i = 0; i < entry.count; ++i) touch(entry.vertex[at(i)]);
         if (entry.turns) {
             // A corner without a weight may get one within the tick.
-            for (const auto& vertices : {effect.contacts[c].vertices, effect.contacts[c].reaction_vertices}) {
+            for (const auto& vertices : {output.contacts[c].vertices, output.contacts[c].reaction_vertices}) {
                 for (const Index vertex : vertices) {
                     if (vertex >= 0 && state.moves(state.place[at(vertex)])) touch(state.place[at(vertex)]);
                 }
@@ -92,7 +92,7 @@ void TickContacts::collect(const Effect& effect, const Frame& frame, const Tissu
 }
 
 /// False when nothing of the contact moves here.
-bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const TissueState& state,
+bool TickContacts::enter(const ContactForceLaw& contact, const Frame& frame, const TissueState& state,
                          std::span<const Vector3> late, TickContact& entry) {
     entry.normal = contact.normal;
     entry.depth = -contact.gap;
@@ -127,11 +127,11 @@ bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const
         entry.surface += contact.surface_velocity;
     }
     if (entry.count == 0) return false;
-    if (contact.role == ContactRole::solved && effect_->solver != nullptr) {
+    if (contact.role == ContactRole::solved && output_->solver != nullptr) {
         const auto heavy = [](double weight) { return std::abs(weight) >= least_weight; };
         entry.solved = std::any_of(entry.weight.begin(), entry.weight.begin() + entry.count, heavy);
     }
-    // Only what a source's contact is held by tells where the other side is at the start of the tick (other_point).
+    // Only what a source's contact is held by says where the other side is at the start of the tick (other_point).
     // Tissue that nothing can move has no place in the state, and no motion to follow.
     const auto in_state = [&state](Index vertex) { return vertex < 0 || state.place[at(vertex)] >= 0; };
     entry.turns = contact.role == ContactRole::constraint && contact.source_id != 0 &&
@@ -151,16 +151,16 @@ bool TickContacts::enter(const LinearContact& contact, const Frame& frame, const
     return true;
 }
 
-void TickContacts::remember_slip(const LinearContact& contact, TickContact& entry) {
+void TickContacts::remember_slip(const ContactForceLaw& contact, TickContact& entry) {
     const Index key = contact.slip_key;
     if (contact.friction <= 0.0 || key < 0) return;
-    entry.rubs = true;
+    entry.has_friction = true;
     if (at(key) >= rubbed_.size()) {
         const auto known = static_cast<Eigen::Index>(rubbed_.size());
         slip_.conservativeResize(3, key + 1);
         slip_.rightCols(key + 1 - known).setZero();
         rubbed_.resize(at(key) + 1, 0);
-        grip_.resize(at(key) + 1);
+        anchor_.resize(at(key) + 1);
     }
     if (rubbed_[at(key)] == 0) {
         slip_.col(key).setZero();
@@ -185,7 +185,7 @@ void TickContacts::begin_substep(const TissueState& state) {
     for (TickContact& contact : contacts_) {
         if (contact.solved) contact.rubbed.setZero();
     }
-    switch (effect_->contact_timing) {
+    switch (output_->contact_timing) {
         case ContactTiming::at_substep_start:
             return hold_current_force(state);
         case ContactTiming::implicit:
@@ -207,7 +207,7 @@ void TickContacts::hold_current_force(const TissueState& state) {
 void TickContacts::turn(const TissueState& state) {
     for (TickContact& contact : contacts_) {
         if (!contact.turns) continue;
-        const LinearContact& given = effect_->contacts[contact.source];
+        const ContactForceLaw& given = output_->contacts[contact.source];
         if (any_vertex(given.reaction_vertices) >= 0) {
             turn_tissues(state, contact);
             continue;
@@ -230,8 +230,8 @@ void TickContacts::turn(const TissueState& state) {
             // Seen along the other edge, both lie in one plane.
             const auto flat = [&edge](const Vector3& v) { return Vector3(v - v.dot(edge) * edge); };
             const Vector3 along = flat(second - first);
-            const double way = std::clamp(flat(point - first).dot(along) / along.squaredNorm(), 0.0, 1.0);
-            weights = {1.0 - way, way, 0.0};
+            const double path = std::clamp(flat(point - first).dot(along) / along.squaredNorm(), 0.0, 1.0);
+            weights = {1.0 - path, path, 0.0};
         } else {
             weights = under_point(given.weights, {first, second, third}, point);
         }
@@ -241,7 +241,7 @@ void TickContacts::turn(const TissueState& state) {
 
 /// Of two tissues, a vertex and a face or two edges: both sides are where the last sub-step left them.
 void TickContacts::turn_tissues(const TissueState& state, TickContact& contact) const {
-    const LinearContact& given = effect_->contacts[contact.source];
+    const ContactForceLaw& given = output_->contacts[contact.source];
     const auto corners = [&](const std::array<Index, 3>& vertices) {
         Matrix3 places = Matrix3::Zero();
         for (int i = 0; i < count_of(vertices); ++i) {
@@ -259,9 +259,9 @@ void TickContacts::turn_tissues(const TissueState& state, TickContact& contact) 
         const Vector3 other_along = other.col(1) - other.col(0);
         normal = along.cross(other_along);
         if (normal.isZero(0.0)) return;
-        const auto [way, other_way] = closest_on_edges(pushed.col(0), along, other.col(0), other_along);
-        weights = {1.0 - way, way, 0.0};
-        other_weights = {1.0 - other_way, other_way, 0.0};
+        const auto [path, other_direction] = closest_on_edges(pushed.col(0), along, other.col(0), other_along);
+        weights = {1.0 - path, path, 0.0};
+        other_weights = {1.0 - other_direction, other_direction, 0.0};
     } else {
         const bool is_face = count_of(given.vertices) == 3;
         const Matrix3& face = is_face ? pushed : other;
@@ -280,7 +280,7 @@ void TickContacts::turn_tissues(const TissueState& state, TickContact& contact) 
 /// tissue.
 void TickContacts::take_weights(const TissueState& state, const Vector3& weights, const Vector3& other_weights,
                                 const Vector3& normal, TickContact& contact) const {
-    const LinearContact& given = effect_->contacts[contact.source];
+    const ContactForceLaw& given = output_->contacts[contact.source];
     const auto each = [&](const auto& act) {
         for (int i = 0; i < 3; ++i) {
             if (given.vertices[at(i)] >= 0) act(state.place[at(given.vertices[at(i)])], weights[i]);
@@ -317,37 +317,37 @@ Vector3 TickContacts::speed(const TickContact& contact, const TissueState& state
     return sum;
 }
 
-void TickContacts::gather_grip(bool keep) {
+void TickContacts::gather_anchor(bool keep) {
     for (const Index key : rubbing_) {
-        Grip& grip = grip_[at(key)];
-        const auto presses = [&](const TickContact& firmest) {
-            return firmest.rubs && firmest.force > 0.0 && given(firmest).slip_key == key;
+        Anchor& anchor = anchor_[at(key)];
+        const auto presses = [&](const TickContact& strongest) {
+            return strongest.has_friction && strongest.force > 0.0 && given(strongest).slip_key == key;
         };
-        const bool stays = keep && grip.most > 0.0 && presses(contacts_[grip.firmest]);
-        grip = {.most = 0.0, .firmest = stays ? grip.firmest : 0, .stays = stays};
+        const bool stays = keep && anchor.most > 0.0 && presses(contacts_[anchor.strongest]);
+        anchor = {.most = 0.0, .strongest = stays ? anchor.strongest : 0, .stays = stays};
     }
     for (std::size_t a = 0; a < contacts_.size(); ++a) {
         const TickContact& contact = contacts_[a];
-        if (!contact.rubs || contact.force <= 0.0) continue;
-        const LinearContact& source = effect_->contacts[contact.source];
-        Grip& grip = grip_[at(source.slip_key)];
-        const bool is_firmer = grip.most == 0.0 || contact.force > contacts_[grip.firmest].force;
-        if (!grip.stays && is_firmer) grip.firmest = a;
-        grip.most += source.friction * contact.force;
+        if (!contact.has_friction || contact.force <= 0.0) continue;
+        const ContactForceLaw& source = output_->contacts[contact.source];
+        Anchor& anchor = anchor_[at(source.slip_key)];
+        const bool is_firmer = anchor.most == 0.0 || contact.force > contacts_[anchor.strongest].force;
+        if (!anchor.stays && is_firmer) anchor.strongest = a;
+        anchor.most += source.friction * contact.force;
     }
 }
 
-bool TickContacts::grips(std::size_t number) {
-    const Index key = effect_->contacts[contacts_[number].source].slip_key;
-    const Grip& grip = grip_[at(key)];
-    if (grip.most <= 0.0) slip_.col(key).setZero();
-    return grip.most > 0.0 && grip.firmest == number;
+bool TickContacts::anchors(std::size_t number) {
+    const Index key = output_->contacts[contacts_[number].source].slip_key;
+    const Anchor& anchor = anchor_[at(key)];
+    if (anchor.most <= 0.0) slip_.col(key).setZero();
+    return anchor.most > 0.0 && anchor.strongest == number;
 }
 
 void TickContacts::rub(std::size_t number, double h, const Vector3& speed) {
     TickContact& contact = contacts_[number];
-    const LinearContact& source = effect_->contacts[contact.source];
-    const double most = grip_[at(source.slip_key)].most;
+    const ContactForceLaw& source = output_->contacts[contact.source];
+    const double most = anchor_[at(source.slip_key)].most;
     const Vector3 flat = contact.along_surface(speed);
     const Vector3 stretch = contact.along_surface(slip_.col(source.slip_key));
     const double damping = tangent_damping(contact);
@@ -363,20 +363,20 @@ void TickContacts::rub(std::size_t number, double h, const Vector3& speed) {
     }
 }
 
-void TickContacts::stretch(std::size_t number, const Vector3& way) {
+void TickContacts::stretch(std::size_t number, const Vector3& path) {
     const TickContact& contact = contacts_[number];
-    const Index key = effect_->contacts[contact.source].slip_key;
+    const Index key = output_->contacts[contact.source].slip_key;
     constexpr double rounding = 1e-9;
-    if (contact.rubbed.norm() >= grip_[at(key)].most * (1.0 - rounding)) {
+    if (contact.rubbed.norm() >= anchor_[at(key)].most * (1.0 - rounding)) {
         slide(number);
         return;
     }
-    slip_.col(key) = contact.along_surface(slip_.col(key) + way);
+    slip_.col(key) = contact.along_surface(slip_.col(key) + path);
 }
 
 void TickContacts::slide(std::size_t number) {
     const TickContact& contact = contacts_[number];
-    const LinearContact& source = effect_->contacts[contact.source];
+    const ContactForceLaw& source = output_->contacts[contact.source];
     auto slip = slip_.col(source.slip_key);
     if (source.tangent_k > 0.0) {
         slip = -contact.rubbed / source.tangent_k;
@@ -388,7 +388,7 @@ void TickContacts::slide(std::size_t number) {
 /// With SolverTiming::held what is found acts for the whole tick, and what pushes a vertex in this sub-step is taken to
 /// go on doing so.
 void TickContacts::predict(double h, int substeps, const TissueState& state) {
-    const SolverTiming timing = effect_->solver_timing;
+    const SolverTiming timing = output_->solver_timing;
     predicted_.begin(timing == SolverTiming::substep ? h : h * substeps);
     const double further = timing == SolverTiming::held ? substeps - 1.0 : 0.0;
     for (std::size_t t = 0; t < touched_.size(); ++t) {
@@ -411,12 +411,12 @@ void TickContacts::predict(double h, int substeps, const TissueState& state) {
 
 void TickContacts::solve_impulses(double h, int substeps, TissueState& state) {
     if (!has_solver()) return;
-    const SolverTiming timing = effect_->solver_timing;
+    const SolverTiming timing = output_->solver_timing;
     const bool asks = timing == SolverTiming::substep || elapsed_ == 0.0;
     if (asks) {
         predict(h, substeps, state);
         try {
-            effect_->solver->solve(predicted_);
+            output_->solver->solve(predicted_);
         } catch (const std::exception& error) {
             throw std::runtime_error(std::string("the response's solver: ") + error.what());
         }
@@ -462,7 +462,7 @@ void TickContacts::finish_substep(double h, int substeps, const TissueState& sta
     for (TickContact& contact : contacts_) {
         const double speed = rate(contact, state);
         contact.depth -= h * speed + shift_of(contact).dot(contact.normal);
-        ContactLoad& load = loads_[contact.source];
+        ContactForce& load = loads_[contact.source];
         if (contact.solved) {
             // An impulse changes kinetic energy by itself times the mean of the velocities before and after.
             const Vector3 force = contact.force * contact.normal + contact.rubbed;
@@ -478,9 +478,9 @@ void TickContacts::finish_substep(double h, int substeps, const TissueState& sta
         load.normal += contact.force / substeps;
         mean_normal_[contact.source] += contact.force / substeps * contact.normal;
         load.at_limit = std::abs(contact.force) >= contact.limit;
-        if (!contact.rubs) continue;
+        if (!contact.has_friction) continue;
         mean_friction_[contact.source] += contact.rubbed / substeps;
-        load.slip += slip_.col(effect_->contacts[contact.source].slip_key).norm() / substeps;
+        load.slip += slip_.col(output_->contacts[contact.source].slip_key).norm() / substeps;
         for (int i = 0; i < contact.count; ++i) {
             load.work += h * contact.weight[at(i)] * contact.rubbed.dot(velocity_of(state, contact.vertex[at(i)]));
         }
@@ -489,8 +489,8 @@ void TickContacts::finish_substep(double h, int substeps, const TissueState& sta
 
 void TickContacts::react(std::vector<Wrench>& reaction) {
     for (const TickContact& contact : contacts_) {
-        const LinearContact& source = effect_->contacts[contact.source];
-        ContactLoad& load = loads_[contact.source];
+        const ContactForceLaw& source = output_->contacts[contact.source];
+        ContactForce& load = loads_[contact.source];
         load.friction = mean_friction_[contact.source].norm();
         load.force = mean_normal_[contact.source] + mean_friction_[contact.source];
         if (source.reaction_body < 0) continue;

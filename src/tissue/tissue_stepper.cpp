@@ -20,34 +20,34 @@ StepEstimate TissueStepper::estimate(const Topology& /*topology*/, const Materia
     return estimate;
 }
 
-Outcome TissueStepper::advance(const Effect& effect, double dt, const Frame& from, Frame& to,
+Outcome TissueStepper::advance(const ResponseOutput& output, double dt, const Frame& from, Frame& to,
                                std::vector<Wrench>& reaction) {
-    tissue_->take_over(effect, from);
+    tissue_->take_over(output, from);
     if (is_first_) begin_run(from);
     is_first_ = false;
-    contacts_->collect(effect, from, tissue_->state());
-    Outcome outcome = take_steps(effect, dt, from);
-    tissue_->release(effect);
+    contacts_->collect(output, from, tissue_->state());
+    Outcome outcome = take_steps(output, dt, from);
+    tissue_->release(output);
     if (!outcome.ok()) return outcome;
-    tissue_->give_back(effect, from, to);
+    tissue_->give_back(output, from, to);
     contacts_->react(reaction);
     return outcome;
 }
 
-Outcome TissueStepper::take_steps(const Effect& effect, double dt, const Frame& from) {
+Outcome TissueStepper::take_steps(const ResponseOutput& output, double dt, const Frame& from) {
     begin_tick();
     const double h = dt / steps_;
-    const bool known = effect.contact_timing != ContactTiming::implicit;
+    const bool known = output.contact_timing != ContactTiming::implicit;
     double bound = 0.0;  // m, no coordinate has gone further in this tick
     for (int number = 0; number < steps_; ++number) {
         contacts_->begin_substep(tissue_->state());
         const double furthest = step(h, known);
         bound += furthest;
-        Outcome outcome = tissue_->check(std::isfinite(furthest), bound, effect, from);
+        Outcome outcome = tissue_->check(std::isfinite(furthest), bound, output, from);
         if (!outcome.ok()) return outcome;
     }
     tissue_->limit_strain();
-    largest_move_ = tissue_->longest_way(from.position);
+    largest_move_ = tissue_->longest_path(from.position);
     return {};
 }
 

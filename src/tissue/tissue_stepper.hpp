@@ -18,8 +18,9 @@ public:
     /// No bound: a step of any length is borne.
     [[nodiscard]] StepEstimate estimate(const Topology& topology, const Materials& materials, const Matrix3X& position,
                                         double dt, bool closely) const override;
-    Outcome advance(const Effect& effect, double dt, const Frame& from, Frame& to, std::vector<Wrench>& reaction) final;
-    [[nodiscard]] std::span<const ContactLoad> loads() const final { return contacts_->loads(); }
+    Outcome advance(const ResponseOutput& output, double dt, const Frame& from, Frame& to,
+                    std::vector<Wrench>& reaction) final;
+    [[nodiscard]] std::span<const ContactForce> loads() const final { return contacts_->loads(); }
     [[nodiscard]] double max_strain() const final { return tissue_->max_strain(); }
     [[nodiscard]] std::int64_t limited_edges() const final { return tissue_->limited_edges(); }
     [[nodiscard]] double largest_move() const final { return largest_move_; }
@@ -29,7 +30,7 @@ protected:
 
     /// Once per run, when the tissue is there.
     virtual void prepare_steps() = 0;
-    /// Once per run, in the first tick: the tissue stands where `start` has it, placements done.
+    /// Once per run, in the first tick: the tissue stands where `start` has it, position corrections done.
     virtual void begin_run(const Frame& /*start*/) {}
     /// Once per tick, before its first step.
     virtual void begin_tick() {}
@@ -43,7 +44,7 @@ protected:
     [[nodiscard]] TickContacts& contacts() { return *contacts_; }
 
 private:
-    Outcome take_steps(const Effect& effect, double dt, const Frame& from);
+    Outcome take_steps(const ResponseOutput& output, double dt, const Frame& from);
 
     int steps_;
     std::optional<MovingTissue> tissue_;

@@ -21,7 +21,8 @@ WrittenVertices::WrittenVertices(const TissueState& state) {
     moved_.reserve(blocks_.size());
 }
 
-void WrittenVertices::give_back(const MovingTissue& tissue, const Effect& effect, const Frame& from, Frame& to) {
+void WrittenVertices::give_back(const MovingTissue& tissue, const ResponseOutput& output, const Frame& from,
+                                Frame& to) {
     constexpr std::int64_t behind = 3;  // ticks
     moved_.clear();
     for (std::size_t b = 0; b < blocks_.size(); ++b) {
@@ -35,7 +36,7 @@ void WrittenVertices::give_back(const MovingTissue& tissue, const Effect& effect
             moved_.push_back(block.vertices);
         }
     }
-    tissue.give_back_placed(effect, to);
+    tissue.give_back_placed(output, to);
 }
 
 }  // namespace trocar

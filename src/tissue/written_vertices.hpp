@@ -1,5 +1,5 @@
 // Which vertices of the tissue a stepper has changed of late, in blocks: what a frame that was written two ticks ago
-// lacks, and what a detector has to look at.
+// lacks, and what a detector has to examine.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ public:
     void mark_all() { changed_.assign(changed_.size(), tick_); }
     /// Brings `to` up to date, which has what was given back at most three ticks ago: there a vertex that has changed
     /// in this tick or in one of the three before has another place, velocity or previous place.
-    void give_back(const MovingTissue& tissue, const Effect& effect, const Frame& from, Frame& to);
+    void give_back(const MovingTissue& tissue, const ResponseOutput& output, const Frame& from, Frame& to);
     /// Of the last give_back: changed in that tick, ascending, in numbers of the frame.
     [[nodiscard]] const std::vector<Range>& moved() const { return moved_; }
 

@@ -70,8 +70,8 @@ private:
         for (std::size_t s = 0; s < tissue().springs().size(); ++s) draw_together(s, h);
         for (const Enclosure& enclosure : tissue().volumes().enclosures()) restore(enclosure, h);
         for (TickContact& contact : contacts().all()) press(contact, h, known);
-        if (contacts().any_rubs()) {
-            contacts().gather_grip();
+        if (contacts().any_has_friction()) {
+            contacts().gather_anchor();
             for (std::size_t c = 0; c < contacts().all().size(); ++c) rub(c, h);
         }
         for (std::size_t v = 0; v < state.size(); ++v) {
@@ -88,8 +88,8 @@ private:
             contacts().shift(tissue());
         }
         contacts().finish_substep(h, steps(), state);
-        const auto way = (state.position - before_).cwiseAbs();
-        return way.size() > 0 ? way.maxCoeff<Eigen::PropagateNaN>() : 0.0;
+        const auto path = (state.position - before_).cwiseAbs();
+        return path.size() > 0 ? path.maxCoeff<Eigen::PropagateNaN>() : 0.0;
     }
 
     /// Thesis eq. 3.1 as a constraint of compliance 1/k: tension k (l - rest) + preload + c dl/dt, less what holds off
@@ -139,7 +139,7 @@ private:
     }
 
     /// m, of what moves, how far the contact's point has come in this small step.
-    [[nodiscard]] Vector3 way(const TickContact& contact) const {
+    [[nodiscard]] Vector3 path(const TickContact& contact) const {
         Vector3 sum = Vector3::Zero();
         for (int i = 0; i < contact.count; ++i) {
             const Index v = contact.vertex[at(i)];
@@ -160,7 +160,7 @@ private:
     void press(TickContact& contact, double h, bool known) {
         contact.force = contact.held;
         if (!known) {
-            const double moved = way(contact).dot(contact.normal) + contact.fixed_rate * h;
+            const double moved = path(contact).dot(contact.normal) + contact.fixed_rate * h;
             const StepLaw law = contact.law(h);
             double force = law.force(moved / h) / (1.0 + law.slope * h * contact.mobility);
             const bool on = contact.bilateral || contact.depth >= (contact.adhesive ? 0.0 : moved);
@@ -174,10 +174,10 @@ private:
 
     void rub(std::size_t number, double h) {
         TickContact& contact = contacts().all()[number];
-        if (!contact.rubs) return;
+        if (!contact.has_friction) return;
         contact.rubbed.setZero();
-        if (!contacts().grips(number)) return;
-        contacts().rub(number, h, way(contact) / h - contact.surface);
+        if (!contacts().anchors(number)) return;
+        contacts().rub(number, h, path(contact) / h - contact.surface);
         push(contact, h * h * contact.rubbed);
     }
 
@@ -194,9 +194,9 @@ StepperEntry xpbd_stepper() {
     entry.name = "xpbd";
     entry.version = "1";
     entry.meaning = "springs, strain limit and contacts as compliant constraints, each once in every small step";
-    entry.takes_linear_contacts = true;
+    entry.takes_contact_force_laws = true;
     entry.takes_solved_contacts = true;
-    entry.takes_placements = true;
+    entry.takes_position_corrections = true;
     entry.takes_held_forces = true;
     entry.parameters = {{.name = "substeps",
                          .type = Parameter::Type::integer,

@@ -57,7 +57,7 @@ ViewedFrame RunCapture::kept(const PlayedFrame& frame) const {
     Vector3 pushed = Vector3::Zero();
     double force = 0.0;
     for (const PlayedContact& contact : frame.contacts) {
-        // What a source told of two features that are apart is no contact to look at.
+        // What a source reported two features that are apart is no contact to examine.
         const bool apart = contact.kind == ActingKind::found && !(contact.depth > 0.0);
         if (apart || !contact.point.allFinite()) continue;
         if (tool_ >= 0 && (contact.body == tool_ || contact.other == tool_) && contact.force.allFinite()) {
@@ -81,7 +81,7 @@ void RunCapture::see(const PlayedFrame& frame) {
     for (const ViewedContact& contact : view.contacts) {
         run_.contact_force_max = std::max(run_.contact_force_max, contact.force.norm());
     }
-    const double depth = judged_ ? frame.row.max_depth : frame.deepest_vertex();
+    const double depth = judged_ ? frame.row.residual_penetration : frame.deepest_vertex();
     const double force = frame.row.tool_force.norm();
     run_.depth.push_back(depth);
     run_.force.push_back(frame.row.tool_force);

@@ -15,7 +15,7 @@ namespace trocar {
 /// A contact as it is drawn.
 struct ViewedContact {
     Vector3 point = Vector3::Zero();  ///< m, world
-    Vector3 force = Vector3::Zero();  ///< N, on the body that is pushed; 0: none is told
+    Vector3 force = Vector3::Zero();  ///< N, on the body that is pushed; 0: none is reported
 };
 
 struct ViewedFrame {
@@ -39,14 +39,14 @@ struct LargestValue {
 /// One run as a page shows it.
 struct ViewedRun {
     std::string label;
-    std::string methods;  ///< detector, response, contact source, stepper, in one line
+    std::string methods;  ///< detector, response, contact generator, stepper, in one line
     std::string outcome = "ok";
     std::string message;
     std::string note;  ///< what a reader must know first, e.g. that frames are not those of the record; may be empty
     std::vector<ViewedFrame> frames;     ///< ascending ticks
     std::vector<Vector3> force;          ///< N, on the tool, every tick; NaN: none
     std::vector<double> depth;           ///< m, left after every tick; NaN: none
-    std::vector<std::int64_t> contacts;  ///< told by the source, every tick; -1: nobody was asked
+    std::vector<std::int64_t> contacts;  ///< reported by the source, every tick; -1: nobody was asked
     LargestValue worst_depth;            ///< m, over every tick
     LargestValue worst_force;            ///< N, likewise
     double depth_max = 0.0;              ///< m, of a tissue vertex, over every tick
@@ -57,8 +57,8 @@ struct ViewedRun {
 
 class RunCapture {
 public:
-    /// Every `stride`-th tick is kept. `judged`: the depth left is the row's, else the deepest vertex'. The topology
-    /// outlives the object. `tool`: body whose force is shown; -1: none.
+    /// Every `stride`-th tick is kept. `judged`: the residual penetration is the row's, else the deepest vertex'. The
+    /// topology outlives the object. `tool`: body whose force is shown; -1: none.
     RunCapture(const Topology& topology, std::int64_t stride, bool judged, Index tool = -1);
     /// To be fed every tick.
     void see(const PlayedFrame& frame);

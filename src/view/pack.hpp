@@ -1,4 +1,4 @@
-// How a page holds frames: coordinates as whole numbers within a box, told as differences, deflated and put into
+// How a page holds frames: coordinates as whole numbers within a box, reported as differences, deflated and put into
 // base64, so that a scene's replay fits into one file. src/web/source/data.js undoes it.
 #pragma once
 
@@ -36,7 +36,7 @@ private:
 /// A frame as three planes (x of all vertices, then y, then z).
 std::vector<std::uint16_t> quantised(const Matrix3X& position, const Quantiser& quantiser);
 
-/// Frames of equal length, each told as its change since the frame before (the first since `rest`), and that as its
+/// Frames of equal length, each reported as its change since the frame before (the first since `rest`), and that as its
 /// difference from the change of the vertex before in its plane; modulo 2^16, zigzag, all low bytes before all high
 /// bytes.
 std::string frame_bytes(const std::vector<std::vector<std::uint16_t>>& frames, std::span<const std::uint16_t> rest);

@@ -39,7 +39,7 @@ inline constexpr std::size_t view_file_bound = 1'500'000;
 
 /// `script`: name of the script's file beside the page; empty: the script is within the page. Where all frames take
 /// more than the budget, every second one is left out, the worst and the last ones never, until they do not; the page
-/// tells which are left.
+/// says which are left.
 std::string view_html(const ViewPage& page, const std::string& script, std::size_t budget = view_page_budget);
 
 /// Largest error of a coordinate on the page, m: half a quantisation step of the longest side of its box.

@@ -43,7 +43,7 @@ protected:
     test::TemporaryFolder folder;
 };
 
-TEST_F(Baseline, StoresTheContactThatTheCoordinatesTell) {
+TEST_F(Baseline, StoresTheContactThatTheCoordinatesReport) {
     put(two_frames(0.5));
     ASSERT_EQ(run("write", "--detector ohc --every 1").status, 0);
     const Json stored = Json::parse(test::read_file(folder.path() / "baseline" / "frames.json"));
@@ -59,7 +59,7 @@ TEST_F(Baseline, WithoutKeptContactsACheckFails) {
     put(two_frames(0.5));
     const test::ProgramResult result = run("check", "--detector ohc --json");
     EXPECT_EQ(result.status, 1);
-    EXPECT_EQ(state(result), "missing");
+    EXPECT_EQ(state(result), "false_negatives");
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "baseline"));
 }
 
@@ -71,8 +71,8 @@ TEST_F(Baseline, ADetectorThatWasNeverWrittenIsNoFailure) {
     const test::ProgramResult result = run("check", "--detector brute_force --json");
     EXPECT_EQ(result.status, 0);
     EXPECT_EQ(state(result), "new");
-    EXPECT_EQ(answer(result)["truth"]["pairs"], 1) << "truth can be told all the same";
-    EXPECT_EQ(answer(result)["truth"]["missing"], 0);
+    EXPECT_EQ(answer(result)["truth"]["pairs"], 1) << "truth can be reported all the same";
+    EXPECT_EQ(answer(result)["truth"]["false_negatives"], 0);
 }
 
 TEST_F(Baseline, WithoutDetectorItChecksWhatIsStored) {
@@ -105,10 +105,10 @@ TEST_F(Baseline, OtherFramesAreJudgedByTruthAloneAndThatIsSaid) {
     EXPECT_EQ(state(result), "worse");
     EXPECT_EQ(Json::parse(result.out)["sources"][0]["frames"], "changed");
     const Json missed = answer(result)["worst"][0];
-    EXPECT_EQ(missed["what"], "missed");
+    EXPECT_EQ(missed["what"], "proximity_false_negatives");
     EXPECT_EQ(missed["tick"], 1);
     EXPECT_EQ(missed["bodies"], Json({"a", "b"}));
-    EXPECT_EQ(missed["before"]["depth_m"], 0.25) << "what the coordinates tell";
+    EXPECT_EQ(missed["before"]["depth_m"], 0.25) << "what the coordinates report";
 }
 
 TEST_F(Baseline, ADetectorThatHasLeftFailsUnlessOthersWereAskedFor) {
@@ -126,7 +126,7 @@ TEST_F(Baseline, ADetectorThatHasLeftFailsUnlessOthersWereAskedFor) {
     }
 }
 
-TEST_F(Baseline, AChangedContactIsToldBeforeAndAfterAndOnlyWriteTakesItOver) {
+TEST_F(Baseline, AChangedContactIsReportedBeforeAndAfterAndOnlyWriteTakesItOver) {
     put(two_frames(0.5));
     ASSERT_EQ(run("write", "--detector ohc --every 1").status, 0);
     const std::filesystem::path file = folder.path() / "baseline" / "frames.json";
@@ -169,12 +169,12 @@ TEST_F(Baseline, WritingOneAnswerLeavesTheOthersAsTheyWereWhileTheFramesAreTheSa
     EXPECT_FALSE(Json::parse(test::read_file(file)).at("detectors").contains("brute_force"));
 }
 
-TEST_F(Baseline, OnOtherFramesTruthOfBothIsToldAsFarAsItIsKnown) {
+TEST_F(Baseline, OnOtherFramesTruthOfBothIsReportedAsFarAsItIsKnown) {
     put(two_frames(0.5));
     ASSERT_EQ(run("write", "--detector ohc --every 1").status, 0);
     const std::filesystem::path file = folder.path() / "baseline" / "frames.json";
     put(two_frames(0.25));
-    const std::string right = "0 of 1 pairs missed, 0 of 1 told untrue, on 2 ticks";
+    const std::string right = "0 of 1 pairs missed, 0 of 1 reported untrue, on 2 ticks";
     const std::string both = run("check", "--detector ohc").out;
     EXPECT_NE(both.find("truth: " + right + "; kept: " + right), std::string::npos) << both;
     // The first format had no truth: nothing may be wrong now.
@@ -235,7 +235,7 @@ TEST_F(RecordedBaseline, KeepsWhatTheRecordingCarriesAndNothingElse) {
     EXPECT_EQ(stored["format"], "trocar-baseline-2");
     ASSERT_EQ(stored["detectors"].size(), 1U);
     EXPECT_EQ(stored["detectors"]["recorded"]["truth"]["pairs"], 1);
-    EXPECT_EQ(stored["detectors"]["recorded"]["truth"]["missing"], 0);
+    EXPECT_EQ(stored["detectors"]["recorded"]["truth"]["false_negatives"], 0);
     EXPECT_EQ(stored["contacts"][0]["1"][0], Json({0, 1, "unset", 0.25, 0.25, 0.0, 0.0, 0.0, -1.0, 0.5}));
     const test::ProgramResult result = run("check", "--json");
     EXPECT_EQ(result.status, 0);
@@ -252,8 +252,8 @@ TEST_F(RecordedBaseline, ALostPairFails) {
     EXPECT_EQ(state(result), "changed");
     EXPECT_EQ(Json::parse(result.out)["sources"][0]["frames"], "same") << "contacts are no part of the frames";
     const Json found = answer(result);
-    EXPECT_EQ(found["difference"]["missing"], 1);
-    EXPECT_EQ(found["truth"]["missing"], 1);
+    EXPECT_EQ(found["difference"]["false_negatives"], 1);
+    EXPECT_EQ(found["truth"]["false_negatives"], 1);
     const Json& lost = found["worst"][0];
     EXPECT_EQ(lost["what"], "lost");
     EXPECT_EQ(lost["tick"], 1);
@@ -283,12 +283,12 @@ TEST_F(RecordedBaseline, AMovedPointATurnedNormalAnotherDepthAndAnExtraPairFail)
     found = change(contact(R"(,"point":[0.25,0.25,0],"normal":[0,0,-1],"depth":0.4)"));
     EXPECT_NEAR(found["difference"]["worst_depth_m"], 0.1, 1e-12);
     found = change(contact(R"(,"point":[0.25,0.25,0],"normal":[0,0,-1])"));
-    EXPECT_TRUE(found["difference"]["worst_depth_m"].is_null()) << "a depth that is no longer told";
+    EXPECT_TRUE(found["difference"]["worst_depth_m"].is_null()) << "a depth that is no longer reported";
     found = change(whole, contact(""));
-    EXPECT_EQ(found["difference"]["extra"], 1);
+    EXPECT_EQ(found["difference"]["false_positives"], 1);
     EXPECT_EQ(found["worst"][0]["what"], "added");
     EXPECT_EQ(found["worst"][0]["tick"], 0);
-    EXPECT_EQ(found["truth"]["extra"], 1) << "and truth knows that they are apart there";
+    EXPECT_EQ(found["truth"]["false_positives"], 1) << "and truth knows that they are apart there";
     put_with(contact(R"(,"point":[0.25,0.2501,0],"normal":[0,0,-1],"depth":0.5)"));
     EXPECT_EQ(run("check", "--tolerance 1e-3").status, 0);
 }
@@ -304,17 +304,17 @@ TEST_F(RecordedBaseline, OnOtherFramesTruthAloneDecides) {
     result = run("check", "--json");
     EXPECT_EQ(result.status, 1);
     EXPECT_EQ(state(result), "worse");
-    EXPECT_EQ(answer(result)["worst"][0]["what"], "missed");
+    EXPECT_EQ(answer(result)["worst"][0]["what"], "proximity_false_negatives");
     put_with(whole, 0.25, contact(""));
     result = run("check", "--json");
     EXPECT_EQ(state(result), "worse");
     EXPECT_EQ(answer(result)["worst"][0]["what"], "untrue");
     EXPECT_EQ(answer(result)["worst"][0]["distance_m"], 1.0) << "triangle b stands 1 above a in frame 0";
     put_with(whole, 0.25, contact(R"(,"depth":-1)"));
-    EXPECT_EQ(run("check", "").status, 0) << "told to be apart, and they are";
+    EXPECT_EQ(run("check", "").status, 0) << "made to be apart, and they are";
 }
 
-TEST_F(RecordedBaseline, FramesOfWhichNothingIsToldAnyMoreFail) {
+TEST_F(RecordedBaseline, FramesOfWhichNothingIsReportedAnyMoreFail) {
     put_with(whole);
     ASSERT_EQ(run("write", "").status, 0);
     test::RecordingText text = two_frames(0.5);
@@ -323,7 +323,7 @@ TEST_F(RecordedBaseline, FramesOfWhichNothingIsToldAnyMoreFail) {
     put(text);
     test::ProgramResult result = run("check", "");
     EXPECT_EQ(result.status, 1) << "frame 0 had no contact, and now nobody says so";
-    EXPECT_NE(result.out.find("contacts of 1 frames are told, 2 were"), std::string::npos) << result.out;
+    EXPECT_NE(result.out.find("contacts of 1 frames are reported, 2 were"), std::string::npos) << result.out;
     put(two_frames(0.5));
     result = run("check", "");
     EXPECT_EQ(result.status, 1);
@@ -363,7 +363,7 @@ TEST_F(RecordedBaseline, MalformedContactsAreOneLineAndLeaveNothing) {
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "baseline"));
 }
 
-TEST_F(RecordedBaseline, TheJunitFileTellsFailuresAndIsValidWhateverTheNames) {
+TEST_F(RecordedBaseline, TheJunitFileReportsFailuresAndIsValidWhateverTheNames) {
     test::RecordingText text = two_frames(0.5);
     text.header["format"] = "trocar-recording-2";
     text.header["bodies"][0]["name"] = "<a> & \"b\"']]>";

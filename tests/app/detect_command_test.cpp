@@ -56,8 +56,8 @@ TEST_F(DetectCommand, PairsAreNumbersOfTheFilesAndKeysAreTheAgreedOnes) {
     EXPECT_EQ(detector.at("message"), "");
     EXPECT_EQ(detector.at("pairs"), Json::parse("[[1,1],[1,2],[1,3]]"));
     EXPECT_EQ(detector.at("touch"), Json::array());
-    EXPECT_TRUE(detector.at("missing").is_null());
-    EXPECT_TRUE(detector.at("extra").is_null());
+    EXPECT_TRUE(detector.at("false_negatives").is_null());
+    EXPECT_TRUE(detector.at("false_positives").is_null());
     EXPECT_GE(detector.at("update_ns").get<double>(), 0.0);
     EXPECT_GT(detector.at("detect_ns").get<double>(), 0.0);
 }
@@ -104,10 +104,10 @@ TEST_F(DetectCommand, AllHoldsEveryDetectorAgainstTheOracle) {
         if (!known.at("available").get<bool>()) {
             EXPECT_EQ(detector.at("outcome"), "absent");
             EXPECT_EQ(detector.at("message"), known.at("reason"));
-            EXPECT_TRUE(detector.at("missing").is_null());
+            EXPECT_TRUE(detector.at("false_negatives").is_null());
         } else if (known.at("claims_exact").get<bool>()) {
-            EXPECT_EQ(detector.at("missing"), 0) << known.at("name");
-            EXPECT_EQ(detector.at("extra"), 0) << known.at("name");
+            EXPECT_EQ(detector.at("false_negatives"), 0) << known.at("name");
+            EXPECT_EQ(detector.at("false_positives"), 0) << known.at("name");
         }
     }
     const ProgramResult table = run("--detector all");
@@ -120,7 +120,7 @@ TEST_F(DetectCommand, TruthIsGivenForOneDetectorOnDemand) {
     const ProgramResult result = run("--truth --json --detector brute_force");
     EXPECT_EQ(result.status, 0);
     EXPECT_EQ(Json::parse(result.out).at("truth"), 3);
-    EXPECT_EQ(row(result, "brute_force").at("missing"), 0);
+    EXPECT_EQ(row(result, "brute_force").at("false_negatives"), 0);
 }
 
 TEST_F(DetectCommand, OneDetectorPrintsAPairPerLine) {
@@ -204,8 +204,8 @@ TEST_F(DetectCommand, LiverAndShaftAgreeWithTheOracle) {
     EXPECT_EQ(result.status, 0) << result.err;
     EXPECT_GT(Json::parse(result.out).at("truth").get<int>(), 10);
     for (const char* name : {"ohc", "brute_force"}) {
-        EXPECT_EQ(row(result, name).at("missing"), 0);
-        EXPECT_EQ(row(result, name).at("extra"), 0);
+        EXPECT_EQ(row(result, name).at("false_negatives"), 0);
+        EXPECT_EQ(row(result, name).at("false_positives"), 0);
     }
 }
 

@@ -82,7 +82,7 @@ TEST_F(ExitStatus, ReplayIsOneForADetectorThatClaimsToBeExactAndIsNot) {
 
 TEST_F(ExitStatus, ExplainIsThreeWhereTheResponseFailsBeforeTheTick) {
     const std::string question = "explain " + write("poke.json", test::poke_text()) + " --response quitter --tick ";
-    EXPECT_EQ(with_liars(question + "5").status, 0) << "what happens in the tick comes after the frame looked at";
+    EXPECT_EQ(with_liars(question + "5").status, 0) << "what happens in the tick comes after the frame examined";
     const ProgramResult later = with_liars(question + "6");
     EXPECT_EQ(later.status, 3);
     EXPECT_EQ(later.out, "");
@@ -93,8 +93,8 @@ TEST_F(ExitStatus, ExplainIsThreeWhereTheResponseFailsBeforeTheTick) {
     const json document = json::parse(liar.out);
     for (const json& detector : document["detectors"]) {
         if (detector["name"] != "liar") continue;
-        EXPECT_EQ(detector["missing"], document["truth"]["pairs"]);
-        EXPECT_FALSE(detector["missing"].empty());
+        EXPECT_EQ(detector["false_negatives"], document["truth"]["pairs"]);
+        EXPECT_FALSE(detector["false_negatives"].empty());
     }
 }
 
@@ -105,10 +105,10 @@ TEST_F(ExitStatus, RunIsThreeForAResponseThatFails) {
     EXPECT_NE((result.out + result.err).find("had enough"), std::string::npos) << result.out << result.err;
 }
 
-TEST_F(ExitStatus, ACertificateOfADetectorThatRefusesTellsTheRefusal) {
+TEST_F(ExitStatus, AMetamorphicOfADetectorThatRefusesReportsTheRefusal) {
     write("poke.json", test::poke_text());
-    const std::string study = write("study.json", R"({"format":"trocar-study-1","name":"refused",
-        "certificate":{"scenes":["poke.json"],"detectors":["liar:refuse=on"],"ticks":3}})");
+    const std::string study = write("study.json", R"({"format":"trocar-study-2","name":"refused",
+        "metamorphic test":{"scenes":["poke.json"],"detectors":["liar:refuse=on"],"ticks":3}})");
     const ProgramResult result = with_liars("study " + study + " --output " + file("out"));
     std::ifstream lines(file("out") + "/records.jsonl");
     int records = 0;
@@ -129,15 +129,15 @@ TEST_F(ExitStatus, ReportAgainstAnotherIsOneWhenAFigureOrARunHasChanged) {
     const std::string before = folder_of("before", records);
     const std::string same = folder_of("same", records);
     const std::string fewer = folder_of("fewer", {records[0]});
-    records[1].summary.at("residual_max_m") *= 1.01;
+    records[1].summary.at("residual_penetration_max_m") *= 1.01;
     const std::string changed = folder_of("changed", records);
     const auto against = [](const std::string& now, const std::string& then, const std::string& more = "") {
         return run_program("report " + now + " --against " + then + more);
     };
     EXPECT_EQ(against(same, before).status, 0);
-    const ProgramResult told = against(changed, before);
-    EXPECT_EQ(told.status, 1);
-    EXPECT_NE(told.out.find("changed"), std::string::npos) << told.out;
+    const ProgramResult reported = against(changed, before);
+    EXPECT_EQ(reported.status, 1);
+    EXPECT_NE(reported.out.find("changed"), std::string::npos) << reported.out;
     EXPECT_EQ(against(changed, before, " --json").status, 1);
     EXPECT_EQ(against(changed, before, " --tolerance 0.02").status, 0);
     EXPECT_EQ(against(fewer, before).status, 1) << "a run is missing";
@@ -173,7 +173,7 @@ TEST_F(ExitStatus, RecordsAndPicturesNestedTooDeepAreBadInput) {
 
 TEST_F(ExitStatus, ComplaintsHaveAtMost400BytesWithAllThatStandsAroundThem) {
     const std::string name(5000, 'x');
-    const std::string mesh = write("scene.json", R"({"format": "trocar-scene-1", "bodies": [{"parts": [{"mesh": ")" +
+    const std::string mesh = write("scene.json", R"({"format": "trocar-scene-2", "bodies": [{"parts": [{"mesh": ")" +
                                                      name + R"("}], "name": ")" + name + R"("}]})");
     for (const std::string& arguments :
          {"run " + name, "report " + name, "table " + name, "mesh " + name + ".stl", name, "run --" + name,
@@ -189,7 +189,7 @@ TEST_F(ExitStatus, ReferenceCheckIsOneWhenOneIsMissingOrStale) {
     const std::string scene = write("poke.json", test::poke_text());
     const ProgramResult missing = run_program("reference " + scene + " --check");
     EXPECT_EQ(missing.status, 1);
-    EXPECT_NE(missing.out.find("missing"), std::string::npos) << missing.out;
+    EXPECT_NE(missing.out.find("false_negatives"), std::string::npos) << missing.out;
     ASSERT_EQ(run_program("reference " + scene + " --without 'by hand'").status, 0);
     EXPECT_EQ(run_program("reference " + scene + " --check").status, 0);
     std::string other = test::poke_text();

@@ -34,18 +34,18 @@ TEST_F(ExplainCommand, AllDetectorsAnswerOnTheVeryFrameOfTheRun) {
     ASSERT_GT(pairs, 0U);
     EXPECT_EQ(json.at("truth").at("pairs").size(), pairs);
     const auto& registered = registry().detectors();
-    const auto contestants =
+    const auto methods =
         std::count_if(registered.begin(), registered.end(), [](const DetectorEntry& entry) { return !entry.control; });
-    ASSERT_EQ(static_cast<std::ptrdiff_t>(json.at("detectors").size()), contestants);
+    ASSERT_EQ(static_cast<std::ptrdiff_t>(json.at("detectors").size()), methods);
     for (const Json& answer : json.at("detectors")) {
         if (!registry().detector(answer.at("name").get<std::string>()).claims_exact) continue;
         EXPECT_EQ(answer.at("pairs"), pairs) << answer;
-        EXPECT_TRUE(answer.at("missing").empty());
-        EXPECT_TRUE(answer.at("extra").empty());
+        EXPECT_TRUE(answer.at("false_negatives").empty());
+        EXPECT_TRUE(answer.at("false_positives").empty());
     }
 }
 
-TEST_F(ExplainCommand, OnePairIsToldInFullInTheNumbersOfTheFiles) {
+TEST_F(ExplainCommand, OnePairIsReportedInFullInTheNumbersOfTheFiles) {
     const Json all = Json::parse(run_program("explain " + scene_ + " --tick 38 --json").out);
     const Json& first = all.at("truth").at("pairs").at(0);
     const std::string option = first.at("bodies").at(0).get<std::string>() + ":" + first.at("triangles").at(0).dump() +
@@ -54,18 +54,18 @@ TEST_F(ExplainCommand, OnePairIsToldInFullInTheNumbersOfTheFiles) {
     const test::ProgramResult result = run_program("explain " + scene_ + " --tick 38 --json --pair " + option);
     ASSERT_EQ(result.status, 0) << result.err;
     const Json json = Json::parse(result.out);
-    ASSERT_EQ(json.at("looked_at").size(), 1U);
-    const Json& pair = json.at("looked_at").at(0);
+    ASSERT_EQ(json.at("examined").size(), 1U);
+    const Json& pair = json.at("examined").at(0);
     EXPECT_EQ(pair.at("bodies"), first.at("bodies"));
     EXPECT_EQ(pair.at("triangles"), first.at("triangles"));
     EXPECT_NE(pair.at("truth").at("class"), "disjoint");
-    EXPECT_TRUE(pair.at("canonical").contains("depth"));
+    EXPECT_TRUE(pair.at("intersection").contains("depth"));
     // Plain numbers mean the bodies in the order of the scene.
     const std::string plain = first.at("triangles").at(0).dump() + "," + first.at("triangles").at(1).dump();
-    EXPECT_EQ(Json::parse(run_program("explain " + scene_ + " --tick 38 --json --pair " + plain).out).at("looked_at"),
-              json.at("looked_at"));
+    EXPECT_EQ(Json::parse(run_program("explain " + scene_ + " --tick 38 --json --pair " + plain).out).at("examined"),
+              json.at("examined"));
     const test::ProgramResult text = run_program("explain " + scene_ + " --tick 38 --pair " + option);
-    for (const char* word : {"truth", "canonical", "overlap", "reports the pair"}) {
+    for (const char* word : {"truth", "intersection", "overlap", "reports the pair"}) {
         EXPECT_NE(text.out.find(word), std::string::npos) << word << '\n' << text.out;
     }
 }

@@ -36,21 +36,22 @@ TEST_F(Export, WritesTheFormatsThatAreNamed) {
         const test::ProgramResult result = test::run_program(words(to, "--every 20 --json"));
         ASSERT_EQ(result.status, 0) << result.err;
         EXPECT_TRUE(std::filesystem::exists(output / one)) << to;
-        const Json told = Json::parse(result.out);
-        EXPECT_EQ(told["ticks"], Json({0, 20, 40, 59}))
+        const Json reported = Json::parse(result.out);
+        EXPECT_EQ(reported["ticks"], Json({0, 20, 40, 59}))
             << "every 20th and the last, which is the deepest or not deeper";
-        EXPECT_EQ(told["files"].size(), static_cast<std::size_t>(files)) << told["files"];
-        for (const Json& file : told["files"]) EXPECT_TRUE(std::filesystem::exists(output / file.get<std::string>()));
+        EXPECT_EQ(reported["files"].size(), static_cast<std::size_t>(files)) << reported["files"];
+        for (const Json& file : reported["files"])
+            EXPECT_TRUE(std::filesystem::exists(output / file.get<std::string>()));
         std::filesystem::remove_all(output);
     }
 }
 
-TEST_F(Export, IsTheRunThatRunTells) {
+TEST_F(Export, IsTheRunThatRunReports) {
     const std::string methods = " --detector ohc --response penalty --stepper semi_implicit --ticks 30";
     const Json ran = Json::parse(test::run_program("run " + scene.string() + methods + " --json").out);
-    const Json told = Json::parse(test::run_program(words("obj", methods + " --every 10 --tick 7 --json")).out);
-    EXPECT_EQ(told["state_hash"], ran["summary"]["state_hash"]);
-    EXPECT_EQ(told["response"], ran["response"]);
+    const Json reported = Json::parse(test::run_program(words("obj", methods + " --every 10 --tick 7 --json")).out);
+    EXPECT_EQ(reported["state_hash"], ran["summary"]["state_hash"]);
+    EXPECT_EQ(reported["response"], ran["response"]);
     EXPECT_TRUE(std::filesystem::exists(output / "tool_000007.obj"));
 }
 
@@ -60,9 +61,9 @@ TEST_F(Export, TakesRecordings) {
     const test::ProgramResult result =
         test::run_program("export " + recording + " --to paraview --output " + output.string() + " --every 5 --json");
     ASSERT_EQ(result.status, 0) << result.err;
-    const Json told = Json::parse(result.out);
-    EXPECT_EQ(told["ticks"], Json({0, 5, 9}));
-    EXPECT_TRUE(told["state_hash"].is_null());
+    const Json reported = Json::parse(result.out);
+    EXPECT_EQ(reported["ticks"], Json({0, 5, 9}));
+    EXPECT_TRUE(reported["state_hash"].is_null());
 }
 
 TEST_F(Export, AnInterruptionLeavesNothingBehind) {

@@ -1,4 +1,4 @@
-// Work in a forked child: its answer comes back whole, and whatever else becomes of it is told.
+// Work in a forked child: its answer comes back whole, and whatever else becomes of it is reported.
 #include "app/isolated_call.hpp"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ TEST(IsolatedCall, WhatInterruptedTheWorkSaysNothingOfItsAnswer) {
     EXPECT_EQ(result.bytes, "answer");
 }
 
-TEST(IsolatedCall, TellsHowTheWorkEndedThatGaveNoAnswer) {
+TEST(IsolatedCall, ReportsHowTheWorkEndedThatGaveNoAnswer) {
     const auto ended = [](const std::function<std::string()>& work, Kind kind, double time_limit_s = 10.0) {
         const IsolatedResult result = call_isolated(work, time_limit_s);
         EXPECT_EQ(result.kind, kind) << result.message;

@@ -36,8 +36,8 @@ class Quitter final : public Response {
 public:
     void prepare(const Topology& /*topology*/, const Materials& /*materials*/) override {}
     void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactLoad> /*loads*/, Effect& effect) override {
-        effect.clear();
+                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+        output.clear();
         if (frame.tick == 5) throw std::runtime_error("had enough");
     }
 };

@@ -36,7 +36,7 @@ TEST_F(MeshCommand, JsonHoldsExactlyTheAgreedKeys) {
     EXPECT_EQ(Json::parse(result.out), expected);
 }
 
-TEST_F(MeshCommand, CoincidentLayersAreToldBesideSelfIntersections) {
+TEST_F(MeshCommand, CoincidentLayersAreReportedBesideSelfIntersections) {
     const std::string layers = "OFF\n6 2 0\n0 0 0\n2 0 0\n0 2 0\n.5 .5 0\n3 .5 0\n.5 3 0\n3 0 1 2\n3 3 4 5\n";
     const Json json = Json::parse(run("layers.off", layers, "--json").out);
     EXPECT_EQ(json.at("coplanar_overlaps"), 1);
@@ -45,7 +45,7 @@ TEST_F(MeshCommand, CoincidentLayersAreToldBesideSelfIntersections) {
         << run("layers.off", layers).out;
 }
 
-TEST_F(MeshCommand, WhatASceneWouldRefuseIsToldWithTheTrianglesToMend) {
+TEST_F(MeshCommand, WhatASceneWouldRefuseIsReportedWithTheTrianglesToMend) {
     std::string turned = tetrahedron;
     turned.replace(turned.find("3 0 1 3"), 7, "3 0 3 1");
     const Json one = Json::parse(run("t.off", turned, "--json").out);

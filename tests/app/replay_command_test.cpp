@@ -79,7 +79,7 @@ TEST_F(Replay, SaysWhereAStepIsLongerThanAFeature) {
     }
 }
 
-TEST_F(Replay, OfSeveralLongStepsTheLongestInEdgesIsToldWhicheverOfTheTwoMoves) {
+TEST_F(Replay, OfSeveralLongStepsTheLongestInEdgesIsReportedWhicheverOfTheTwoMoves) {
     // Heights and legs of b: 0.3 m and 0.4 m by edges of 0.114 m; away from a and five times smaller; 0.3 m, which is
     // 13.2 of its edges now, and 0.25 m.
     constexpr std::array<std::array<double, 2>, 6> frames{
@@ -94,9 +94,9 @@ TEST_F(Replay, OfSeveralLongStepsTheLongestInEdgesIsToldWhicheverOfTheTwoMoves) 
             text.positions.insert(text.positions.end(), {0, 0, a, 1, 0, a, 0, 1, a});
             text.positions.insert(text.positions.end(), {0.2, 0.2, b, 0.2, 0.2 + leg, b, 0.2 + leg, 0.2, b});
         }
-        const Json told = Json::parse(run(text, "--detector brute_force --json").out);
-        ASSERT_TRUE(told.contains("long_steps")) << told;
-        const Json& steps = told.at("long_steps");
+        const Json reported = Json::parse(run(text, "--detector brute_force --json").out);
+        ASSERT_TRUE(reported.contains("long_steps")) << reported;
+        const Json& steps = reported.at("long_steps");
         EXPECT_EQ(steps.at("frames"), 4);
         EXPECT_EQ(steps.at("tick"), 4);
         EXPECT_EQ(steps.at("body").get<std::string>(), large_one_moves ? "a" : "b");
@@ -107,7 +107,7 @@ TEST_F(Replay, OfSeveralLongStepsTheLongestInEdgesIsToldWhicheverOfTheTwoMoves) 
 
 TEST_F(Replay, AStepIsTheWayOfOneBodyAgainstTheOther) {
     // Heights of the large triangle a and of the small one b, whose mean edge is 0.114 m.
-    const auto told = [this](const std::array<std::array<double, 2>, 3>& frames) {
+    const auto reported = [this](const std::array<std::array<double, 2>, 3>& frames) {
         test::RecordingText text;
         text.positions.clear();
         for (const auto& [a, b] : frames) {
@@ -116,10 +116,10 @@ TEST_F(Replay, AStepIsTheWayOfOneBodyAgainstTheOther) {
         }
         return Json::parse(run(text, "--detector brute_force --json").out);
     };
-    const Json together = told({{{0.0, 0.05}, {1.0, 1.05}, {2.0, 2.05}}});
+    const Json together = reported({{{0.0, 0.05}, {1.0, 1.05}, {2.0, 2.05}}});
     EXPECT_FALSE(together.contains("long_steps")) << together;
     // 0.08 m down and 0.09 m up, each shorter than an edge; then nobody moves.
-    const Json against = told({{{0.0, 0.1}, {0.09, 0.02}, {0.09, 0.02}}});
+    const Json against = reported({{{0.0, 0.1}, {0.09, 0.02}, {0.09, 0.02}}});
     ASSERT_TRUE(against.contains("long_steps")) << against;
     const Json& steps = against.at("long_steps");
     EXPECT_EQ(steps.at("frames"), 1);
@@ -148,8 +148,8 @@ TEST_F(Replay, GivesPairsTouchesAndTruthPerFrame) {
         EXPECT_EQ(frame["truncated"], false);
         EXPECT_EQ(frame["pairs"], pairs[tick]);
         EXPECT_EQ(frame["touch"], touch[tick]);
-        EXPECT_EQ(frame["missing"], 0);
-        EXPECT_EQ(frame["extra"], 0);
+        EXPECT_EQ(frame["false_negatives"], 0);
+        EXPECT_EQ(frame["false_positives"], 0);
         EXPECT_GE(frame["update_ns"], 0);
         EXPECT_GE(frame["detect_ns"], 0);
     }
@@ -168,11 +168,11 @@ TEST_F(Replay, ContactsThatTheRecordingCarriesAreARowOfTheirOwn) {
     ASSERT_EQ(document["detectors"].size(), 1U);
     const Json& row = document["detectors"][0];
     EXPECT_EQ(row["name"], "recorded");
-    EXPECT_EQ(row["frames"][0]["extra"], 1) << "they are apart in frame 0";
+    EXPECT_EQ(row["frames"][0]["false_positives"], 1) << "they are apart in frame 0";
     EXPECT_EQ(row["frames"][1]["pairs"], Json::array({{0, 1}}));
-    EXPECT_EQ(row["frames"][1]["missing"], 0);
+    EXPECT_EQ(row["frames"][1]["false_negatives"], 0);
     EXPECT_TRUE(row["frames"][1]["update_ns"].is_null());
-    EXPECT_EQ(row["frames"][2]["outcome"], "unsupported") << "nothing is told of it";
+    EXPECT_EQ(row["frames"][2]["outcome"], "unsupported") << "nothing is reported it";
     const Json all = Json::parse(run(text, "--detector all --json").out)["detectors"];
     EXPECT_TRUE(std::any_of(all.begin(), all.end(), [](const Json& one) { return one["name"] == "recorded"; }));
     EXPECT_EQ(Json::parse(run(text, "--detector ohc --json").out)["detectors"].size(), 1U);
@@ -184,8 +184,8 @@ TEST_F(Replay, ContactsThatTheRecordingCarriesAreARowOfTheirOwn) {
 TEST_F(Replay, WithoutTruthTheComparisonIsNull) {
     const Json document = Json::parse(run(three_frames(), "--detector brute_force --json").out);
     EXPECT_TRUE(document["truth"].is_null());
-    EXPECT_TRUE(document["detectors"][0]["frames"][1]["missing"].is_null());
-    EXPECT_TRUE(document["detectors"][0]["frames"][1]["extra"].is_null());
+    EXPECT_TRUE(document["detectors"][0]["frames"][1]["false_negatives"].is_null());
+    EXPECT_TRUE(document["detectors"][0]["frames"][1]["false_positives"].is_null());
 }
 
 TEST_F(Replay, AllDetectorsAreHeldAgainstTruth) {
@@ -193,10 +193,10 @@ TEST_F(Replay, AllDetectorsAreHeldAgainstTruth) {
     EXPECT_EQ(result.status, 0) << result.err;
     const Json document = Json::parse(result.out);
     const Json listed = Json::parse(test::run_program("list --json").out)["detectors"];
-    const auto contestants = std::count_if(listed.begin(), listed.end(), [](const Json& one) {
+    const auto methods = std::count_if(listed.begin(), listed.end(), [](const Json& one) {
         return !one["available"].get<bool>() || !one["control"].get<bool>();
     });
-    EXPECT_EQ(document["detectors"].size(), static_cast<std::size_t>(contestants));
+    EXPECT_EQ(document["detectors"].size(), static_cast<std::size_t>(methods));
     EXPECT_EQ(document["truth"], Json({0, 1, 1}));
 }
 
@@ -222,7 +222,7 @@ TEST_F(Replay, TriangleNumbersAreThoseOfTheFileAndTheFirstIsFromTheBodyListedFir
     EXPECT_EQ(frames[1]["pairs"], Json::array({{1, 0}}));
 }
 
-TEST_F(Replay, TellsWhatBeginsBetweenFramesWhereADetectorDoes) {
+TEST_F(Replay, ReportsWhatBeginsBetweenFramesWhereADetectorDoes) {
     // The corner falls from 1 to -0.5 between frames 0 and 1, through the face after two thirds of the way.
     const Json frames =
         Json::parse(run(three_frames(), "--detector ohc:swept=on --json").out)["detectors"][0]["frames"];

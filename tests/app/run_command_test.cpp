@@ -30,13 +30,14 @@ protected:
     std::string scene_;
 };
 
-TEST_F(RunCommand, WithoutAnyContactTellsWhereTheBodiesCameNearest) {
+TEST_F(RunCommand, WithoutAnyContactReportsWhereTheBodiesCameNearest) {
     const std::string hover = std::string(TROCAR_SOURCE_DIR) + "/scenes/hover.json";
-    const test::ProgramResult told = run_program("run " + hover + " --ticks 5");
-    EXPECT_EQ(told.status, 0) << told.err;
-    EXPECT_NE(told.out.find("no contact tool and sheet came nearest in tick 0: 0.1 mm apart"), std::string::npos)
-        << told.out;
-    EXPECT_NE(told.out.find("sheet within x -50 to 50, y -50 to 50, z 0 to 0 mm"), std::string::npos) << told.out;
+    const test::ProgramResult reported = run_program("run " + hover + " --ticks 5");
+    EXPECT_EQ(reported.status, 0) << reported.err;
+    EXPECT_NE(reported.out.find("no contact tool and sheet came nearest in tick 0: 0.1 mm apart"), std::string::npos)
+        << reported.out;
+    EXPECT_NE(reported.out.find("sheet within x -50 to 50, y -50 to 50, z 0 to 0 mm"), std::string::npos)
+        << reported.out;
     const Json nearest = Json::parse(run_program("run " + hover + " --ticks 5 --json").out).at("nearest");
     EXPECT_NEAR(nearest.at("distance_m").get<double>(), 1e-4, 1e-12);
     EXPECT_EQ(nearest.at("bodies"), (Json{"tool", "sheet"}));
@@ -57,17 +58,17 @@ TEST_F(RunCommand, SteppersAreNamedWhereTheyAreNotTheDefault) {
     EXPECT_NE(unknown.err.find("sleepy"), std::string::npos) << unknown.err;
     const Json list = Json::parse(run_program("list --json").out);
     ASSERT_EQ(list.at("steppers").size(), registry().steppers().size());
-    EXPECT_EQ(list.at("sources").size(), registry().sources().size());
+    EXPECT_EQ(list.at("sources").size(), registry().contact_generators().size());
     const Json& first = list.at("steppers").at(0);
     for (const char* taken :
-         {"takes_linear_contacts", "takes_solved_contacts", "takes_placements", "takes_held_forces"})
+         {"takes_contact_force_laws", "takes_solved_contacts", "takes_position_corrections", "takes_held_forces"})
         EXPECT_TRUE(first.at(taken).is_boolean()) << taken;
     EXPECT_TRUE(first.at("default").get<bool>());
 }
 
 TEST_F(RunCommand, TheDeviceIsTheRunsWhateverTheResponse) {
     const std::string start = "run " + scene_ + " --ticks 60 --json --response ";
-    for (const char* response : {"penalty", "thesis", "hold"}) {
+    for (const char* response : {"penalty", "thesis", "unilateral"}) {
         const test::ProgramResult given = run_program(start + response + " --device tip=sum,saturation=0.01,rate=1000");
         ASSERT_EQ(given.status, 0) << given.err;
         const Json json = Json::parse(given.out);
@@ -96,7 +97,7 @@ TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
     ASSERT_EQ(result.status, 0) << result.err;
     const Json json = Json::parse(result.out);
     EXPECT_EQ(json.at("scene"), "poke");
-    EXPECT_EQ(json.at("contacts"), "tracked");
+    EXPECT_EQ(json.at("contacts"), "tracked_proximity");
     EXPECT_EQ(json.at("outcome"), "ok");
     EXPECT_EQ(json.at("message"), "");
     EXPECT_TRUE(json.at("detector").is_string());
@@ -121,11 +122,11 @@ TEST_F(RunCommand, JsonIsOneDocumentOfTheStatedShape) {
         // What the format fixes, and beside it what a device shows, a grasp holds and truth leaves open.
         for (const char* more : {"tool_moment", "tip_force", "device_force"})
             EXPECT_EQ(row.at(more).size(), 3U) << more;
-        for (const char* more :
-             {"roll_torque", "saturated", "grasped", "detached", "side_undecided", "passed_through", "reach", "missed"})
+        for (const char* more : {"roll_torque", "saturated", "grasped", "detached", "side_undecided", "passed_through",
+                                 "query_distance", "proximity_false_negatives"})
             EXPECT_TRUE(row.contains(more)) << more;
         EXPECT_EQ(row.size(), 9U + 11U);
-        deepest = std::max(deepest, row.at("max_depth").get<double>());
+        deepest = std::max(deepest, row.at("residual_penetration").get<double>());
     }
     EXPECT_GT(json.at("rows").at(49).at("contacts_used"), 0);
     EXPECT_GT(json.at("rows").at(49).at("tool_force").at(2).get<double>(), 0.0) << "tissue pushes the tool up";
@@ -141,7 +142,7 @@ TEST_F(RunCommand, TextNamesSceneMethodsAndOutcome) {
     EXPECT_EQ(result.err, "") << "progress belongs on a terminal";
 }
 
-TEST_F(RunCommand, APacedRunEndsWhereAnUnpacedOneEndsTellsItsMissesAndTakesNoRecording) {
+TEST_F(RunCommand, APacedRunEndsWhereAnUnpacedOneEndsReportsItsMissesAndTakesNoRecording) {
     const std::string start = "run " + scene_ + " --ticks 20";
     const test::ProgramResult paced = run_program(start + " --paced --json");
     ASSERT_EQ(paced.status, 0) << paced.err;
@@ -180,7 +181,7 @@ TEST_F(RunCommand, AFailedRunIsOneLineEvenWhereTheResponseActsAsAnother) {
     const std::string bare = (folder_.path() / "press.json").string();
     std::ofstream(bare) << test::press_text(0.002);
     const std::string words = "run " + bare + " --ticks 2 --response impulse --contacts native --detector ohc";
-    const test::ProgramResult failed = run_program(words);  // ohc tells no contacts of its own
+    const test::ProgramResult failed = run_program(words);  // ohc reports no contacts of its own
     EXPECT_EQ(failed.status, 3);
     EXPECT_EQ(std::count(failed.err.begin(), failed.err.end(), '\n'), 1) << failed.err;
     EXPECT_NE(failed.err.find("ended as unsupported: "), std::string::npos) << failed.err;
@@ -266,7 +267,8 @@ TEST_F(RunCommand, ResponseThatCannotReadNativeContactsEndsWithThree) {
     EXPECT_EQ(thesis.status, 3) << thesis.err;
     const Json json = Json::parse(thesis.out);
     EXPECT_EQ(json.at("outcome"), "unsupported");
-    EXPECT_NE(json.at("message").get<std::string>().find("from contacts tracked, near, canonical, not from 'native'"),
+    EXPECT_NE(json.at("message").get<std::string>().find(
+                  "from contacts tracked_proximity, near, canonical, not from 'native'"),
               std::string::npos);
     EXPECT_TRUE(json.at("rows").empty());
     const test::ProgramResult penalty = run_program(arguments + " --response penalty");

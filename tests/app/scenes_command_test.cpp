@@ -27,7 +27,7 @@ protected:
             return nlohmann::json{
                 {"name", mesh}, {"kind", kind}, {"closed", false}, {"parts", {{{"mesh", mesh + ".obj"}}}}};
         };
-        nlohmann::json scene{{"format", "trocar-scene-1"}, {"name", name}, {"ticks", 17}, {"dt", 0.002}};
+        nlohmann::json scene{{"format", "trocar-scene-2"}, {"name", name}, {"ticks", 17}, {"dt", 0.002}};
         scene["description"] = description;
         scene["bodies"] = {body("rigid", "two"), body("instrument", "one")};
         scene["contact"] = {{{"bodies", {"two", "one"}}, {"k", 1000}}};
@@ -38,7 +38,7 @@ protected:
     test::TemporaryFolder folder_;
 };
 
-TEST_F(ScenesCommand, TellsWhatAFileHolds) {
+TEST_F(ScenesCommand, ReportsWhatAFileHolds) {
     const std::string file = write("above", "A triangle over two. More of it, 1.5 m up.");
     const ProgramResult result = run_program("scenes --json " + file);
     ASSERT_EQ(result.status, 0) << result.err;
@@ -62,7 +62,7 @@ TEST_F(ScenesCommand, AFullStopEndsASentenceOnlyBeforeACapitalLetter) {
                                              {"Two of them. And a third. And a fourth.", "Two of them."},
                                              {"Has no end", "Has no end"},
                                              {"Only one. of its kind", "Only one. of its kind"}}) {
-        const std::string shown = run_program("scenes " + write("told", description)).out;
+        const std::string shown = run_program("scenes " + write("reported", description)).out;
         EXPECT_NE(shown.find(std::string("  ") + first + "\n"), std::string::npos) << shown;
     }
 }
@@ -84,7 +84,7 @@ TEST_F(ScenesCommand, ADescriptionThatIsNoTextIsOneLineThatNamesTheFile) {
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
 }
 
-TEST_F(ScenesCommand, ANameWithALetterTooFewTooManyOrWrongIsToldItsNeighbour) {
+TEST_F(ScenesCommand, ANameWithALetterTooFewTooManyOrWrongIsReportedItsNeighbour) {
     for (const char* name : {"i2tpoke", "i2t__poke", "i2t_pole"}) {
         const ProgramResult result = run_program(std::string("run ") + name);
         EXPECT_EQ(result.status, 2) << name;
@@ -92,21 +92,21 @@ TEST_F(ScenesCommand, ANameWithALetterTooFewTooManyOrWrongIsToldItsNeighbour) {
     }
 }
 
-TEST_F(ScenesCommand, ANameIsToldAtMostThreeThatHoldItAndNoneWhenAllAreFarAway) {
+TEST_F(ScenesCommand, ANameIsReportedAtMostThreeThatHoldItAndNoneWhenAllAreFarAway) {
     const std::string holding = run_program("run stab").err;  // four scenes have a stab in their names
     const std::size_t from = holding.find("(near: ");
     ASSERT_NE(from, std::string::npos) << holding;
     const std::string names = holding.substr(from + 7, holding.find(')', from) - from - 7);
-    int told = 0;
+    int reported = 0;
     std::istringstream list(names);
-    for (std::string name; std::getline(list, name, ','); ++told) {
+    for (std::string name; std::getline(list, name, ','); ++reported) {
         EXPECT_NE(name.find("stab"), std::string::npos) << name;
     }
-    EXPECT_EQ(told, 3) << names;
+    EXPECT_EQ(reported, 3) << names;
     const ProgramResult far = run_program("run zzzzzzzzzzzz");
     EXPECT_EQ(far.status, 2);
     EXPECT_NE(far.err.find("neither"), std::string::npos) << far.err;
-    EXPECT_EQ(far.err.find("near:"), std::string::npos) << far.err;
+    EXPECT_EQ(far.err.find("proximity:"), std::string::npos) << far.err;
 }
 
 }  // namespace

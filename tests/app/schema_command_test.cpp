@@ -22,7 +22,7 @@ TEST(Schema, PrintsAJsonSchemaOfEveryFormat) {
     EXPECT_EQ(test::run_program("schema film").status, 2);
 }
 
-TEST(Schema, FiguresTellUnitDirectionMeaningAndSourceOnce) {
+TEST(Schema, FiguresReportUnitDirectionMeaningAndSourceOnce) {
     const test::ProgramResult result = test::run_program("schema figures");
     ASSERT_EQ(result.status, 0) << result.err;
     std::set<std::string> names;

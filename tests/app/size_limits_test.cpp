@@ -27,7 +27,7 @@ protected:
     /// A scene of one sheet of so many millimetres of edge, and of so many single triangles.
     [[nodiscard]] std::string scene(double edge, int bodies, int parts = 1) const {
         write("one.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-        json text{{"format", "trocar-scene-1"}, {"name", "large"}, {"ticks", 1}};
+        json text{{"format", "trocar-scene-2"}, {"name", "large"}, {"ticks", 1}};
         text["bodies"] = {{{"name", "sheet"},
                            {"kind", "rigid"},
                            {"closed", false},
@@ -108,7 +108,7 @@ TEST_F(SizeLimits, FacesOfHundredThousandCornersAndLargeFilesAreRefused) {
 TEST_F(SizeLimits, StudiesOfMoreThanHundredThousandRunsAreRefused) {
     write("scene.json", test::poke_text());
     const auto study = [this](std::int64_t repetitions, std::size_t scenes) {
-        json text{{"format", "trocar-study-1"}, {"name", "many"}, {"repetitions", repetitions}};
+        json text{{"format", "trocar-study-2"}, {"name", "many"}, {"repetitions", repetitions}};
         text["replay"] = {{"scenes", json(scenes, "scene.json")}, {"detectors", json(1, json{{"method", "ohc"}})}};
         return "study --plan " + write("study.json", text.dump());
     };
@@ -124,7 +124,7 @@ TEST_F(SizeLimits, NumbersOfTheCommandLineAreTakenAsTheyStandOrRefused) {
             const ProgramResult result = run_program(command + scene + " --ticks " + number);
             EXPECT_EQ(result.status, 2) << command << number;
             EXPECT_NE(result.err.find("--ticks"), std::string::npos) << result.err;
-            EXPECT_EQ(result.err.find("9223372036854775807'"), std::string::npos) << "told otherwise than given";
+            EXPECT_EQ(result.err.find("9223372036854775807'"), std::string::npos) << "reported otherwise than given";
         }
     }
     for (const std::string command : {"run ", "run --explain-step ", "view ", "export --to obj --output out "}) {

@@ -30,7 +30,7 @@ protected:
     }
     void write_study(int ticks) {
         nlohmann::json study{
-            {"format", "trocar-study-1"},
+            {"format", "trocar-study-2"},
             {"name", "small"},
             {"reference", "brute_force"},
             {"replay",
@@ -41,7 +41,7 @@ protected:
              {{"scenes", {"i2t_poke.json", "i2i_cross.json"}},
               {"detectors", {"ohc", "brute_force"}},
               {"responses", {"thesis:profile=faithful", "penalty"}},
-              {"contacts", {"canonical", "native"}},
+              {"contacts", {"intersection", "native"}},
               {"ticks", ticks}}},
             {"triangle_pair", {{"scenes", {"i2t_poke.json"}}, {"response", "thesis"}, {"ticks", ticks}}}};
         std::ofstream(file()) << study.dump(1);
@@ -145,13 +145,13 @@ TEST_F(StudyCommand, DetectorsThatMoveTissueAlikeStandInOneRow) {
 }
 
 TEST_F(StudyCommand, ThePictureOfTheWorstTickIsOfTheRecordsAndMadeAgainToTheByte) {
-    const nlohmann::json study{{"format", "trocar-study-1"},
+    const nlohmann::json study{{"format", "trocar-study-2"},
                                {"name", "stabs"},
                                {"closed_loop",
                                 {{"scenes", {"i2t_stab.json"}},
                                  {"detectors", {"ohc"}},
                                  {"responses", {"penalty", "impulse"}},
-                                 {"contacts", {"canonical"}},
+                                 {"contacts", {"intersection"}},
                                  {"ticks", 120}}}};
     std::ofstream(file()) << study.dump();
     (void)run_json();
@@ -173,7 +173,7 @@ TEST_F(StudyCommand, ThePictureOfTheWorstTickIsOfTheRecordsAndMadeAgainToTheByte
     EXPECT_EQ(run_program("report " + output().string()).status, 0);
     EXPECT_NE(read_file(output() / "report.md").find("--picture"), std::string::npos);
     const ProgramResult lost = run_program("report --picture " + output().string());
-    EXPECT_EQ(lost.status, 2) << "records do not tell where a study outside this folder lies";
+    EXPECT_EQ(lost.status, 2) << "records do not report where a study outside this folder lies";
     EXPECT_NE(lost.err.find("--study"), std::string::npos) << lost.err;
     const ProgramResult again = run_program("report --picture --study " + file().string() + " " + output().string());
     EXPECT_EQ(again.status, 0) << again.err;
@@ -188,18 +188,18 @@ TEST_F(StudyCommand, PlanRunsNothing) {
     EXPECT_FALSE(std::filesystem::exists(output()));
 }
 
-TEST_F(StudyCommand, PlanTellsTheStepperOfARun) {
+TEST_F(StudyCommand, PlanReportsTheStepperOfARun) {
     const ProgramResult text = run_program("study paced --plan");
     EXPECT_NE(text.out.find("ohc_clustered + hold, regional  "), std::string::npos) << text.out << text.err;
     std::set<std::string> steppers;
     const auto plan = nlohmann::json::parse(run_program("study paced --plan --json").out);
     for (const auto& run : plan["runs"]) steppers.insert(run["stepper"].get<std::string>());
-    EXPECT_EQ(steppers, (std::set<std::string>{"", "regional"})) << "the default one has no name of its own";
+    EXPECT_EQ(steppers, (std::set<std::string>{"", "adaptive_multires"})) << "the default one has no name of its own";
 }
 
 TEST_F(StudyCommand, BadStudyIsOneLineAndLeavesNothing) {
     std::ofstream(file())
-        << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["i2t_poke.json"],"detectors":["nobody"]}})";
+        << R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["i2t_poke.json"],"detectors":["nobody"]}})";
     const ProgramResult result = run_program(arguments());
     EXPECT_EQ(result.status, 2);
     EXPECT_NE(result.err.find("/replay/detectors/0"), std::string::npos) << result.err;
@@ -209,10 +209,10 @@ TEST_F(StudyCommand, BadStudyIsOneLineAndLeavesNothing) {
 
 TEST_F(StudyCommand, SceneWithoutItsDataIsARow) {
     std::ofstream(folder_.path() / "away.json")
-        << R"({"format":"trocar-scene-1","name":"away","unit":"m","dt":0.001,"ticks":5,"seed":1,"bodies":[)"
+        << R"({"format":"trocar-scene-2","name":"away","unit":"m","dt":0.001,"ticks":5,"seed":1,"bodies":[)"
            R"({"name":"liver","kind":"rigid","closed":true,"parts":[{"mesh":"data:no/such.stl","pose":[0,0,0,0,0,0]}]}]})";
     std::ofstream(file())
-        << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["away.json"],"detectors":["ohc"]}})";
+        << R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["away.json"],"detectors":["ohc"]}})";
     const ProgramResult result = run_program(arguments() + " --json");
     EXPECT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(nlohmann::json::parse(result.out)["outcomes"]["unsupported"], 1);

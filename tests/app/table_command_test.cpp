@@ -11,7 +11,7 @@ namespace {
 const std::string published = std::string(TROCAR_SOURCE_DIR) + "/reports/steppers";
 
 TEST(TableCommand, PrintsEveryFormatFromAFolderOrItsRecords) {
-    const std::string words = " --columns scene,response,residual_max_m:mm --where scene=i2t_poke";
+    const std::string words = " --columns scene,response,residual_penetration_max_m:mm --where scene=i2t_poke";
     const test::ProgramResult markdown = test::run_program("table " + published + words);
     ASSERT_EQ(markdown.status, 0) << markdown.err;
     EXPECT_TRUE(markdown.out.starts_with("| scene | response | residual max (mm) |\n")) << markdown.out;

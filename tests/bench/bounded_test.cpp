@@ -11,9 +11,9 @@ namespace {
 
 std::filesystem::path scene_file() { return std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes/i2t_drag.json"; }
 
-std::vector<Contestant> own() {
-    std::vector<Contestant> list;
-    for (const char* method : {"ohc", "ohc_clustered"}) list.push_back(contestant_of(method));
+std::vector<Method> own() {
+    std::vector<Method> list;
+    for (const char* method : {"ohc", "ohc_clustered"}) list.push_back(method_of(method));
     return list;
 }
 
@@ -47,7 +47,7 @@ class BoundedOn : public testing::TestWithParam<const char*> {};
 TEST_P(BoundedOn, WorstTickIsWithinThreeTimesTheMedianInWork) {
     constexpr std::int64_t ticks = 1001;
     const std::filesystem::path file = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / GetParam();
-    const std::vector<Contestant> list = own();
+    const std::vector<Method> list = own();
     const BoundedMeasurement measured = measure_bounded(repeated(file, 12), list, ticks);
     ASSERT_EQ(measured.ticks, ticks);
     expect_bounded(measured, list.size(), 2);
@@ -58,13 +58,13 @@ INSTANTIATE_TEST_SUITE_P(Scenes, BoundedOn, testing::Values("i2t_press_slide.jso
                              return name.substr(0, name.find('.'));
                          });
 
-TEST(Bounded, AWorkBudgetBoundsEveryTickAndIsToldAsTruncated) {
+TEST(Bounded, AWorkBudgetBoundsEveryTickAndIsReportedAsTruncated) {
     const Scene scene = repeated(scene_file(), 8);
     for (const char* method : {"ohc", "ohc_clustered"}) {
-        const BoundedMeasurement free = measure_bounded(scene, {contestant_of(method)}, 300);
+        const BoundedMeasurement free = measure_bounded(scene, {method_of(method)}, 300);
         const auto budget = static_cast<std::int64_t>(free.methods[0].work.median);
-        const BoundedMeasurement bounded = measure_bounded(
-            scene, {contestant_of(std::string(method) + ":work_budget=" + std::to_string(budget))}, 300);
+        const BoundedMeasurement bounded =
+            measure_bounded(scene, {method_of(std::string(method) + ":work_budget=" + std::to_string(budget))}, 300);
         EXPECT_LE(bounded.methods[0].work.max, static_cast<double>(budget)) << method;
         EXPECT_GT(bounded.methods[0].truncated, 30) << method;
         EXPECT_LT(bounded.methods[0].truncated, 270) << method;
@@ -72,8 +72,8 @@ TEST(Bounded, AWorkBudgetBoundsEveryTickAndIsToldAsTruncated) {
     }
 }
 
-TEST(Bounded, TwoMeshesOf100kTrianglesCostAFewLooksPerTriangle) {
-    // What lets `trocar detect` answer within a second: 10^10 pairs of triangles, and each triangle looked at some
+TEST(Bounded, TwoMeshesOf100kTrianglesCostAFewSearchesPerTriangle) {
+    // What lets `trocar detect` answer within a second: 10^10 pairs of triangles, and each triangle examined some
     // times.
     const test::World world = test::make_world(
         "two spheres", {{BodyKind::tissue, test::sphere(0.03, 225)},
@@ -81,15 +81,15 @@ TEST(Bounded, TwoMeshesOf100kTrianglesCostAFewLooksPerTriangle) {
     const auto triangles = static_cast<std::int64_t>(world.topology.triangle_count());
     ASSERT_GE(triangles, 2 * 100000);
     std::vector<TrianglePair> first;
-    for (const Contestant& contestant : own()) {
-        const auto detector = contestant.make();
+    for (const Method& method : own()) {
+        const auto detector = method.make();
         ContactSet contacts;
         detector->prepare(world.topology, world.frame);
         detector->update(world.frame, 0.0);
         detector->detect(world.frame, contacts);
         EXPECT_TRUE(contacts.outcome.ok());
-        EXPECT_GT(contacts.pairs.size(), 1000U) << contestant.label;
-        EXPECT_LT(contacts.work.work(), 30 * triangles) << contestant.label;
+        EXPECT_GT(contacts.pairs.size(), 1000U) << method.label;
+        EXPECT_LT(contacts.work.work(), 30 * triangles) << method.label;
         if (first.empty()) first = contacts.pairs;
         EXPECT_EQ(contacts.pairs, first) << "two detectors of ours disagree";
     }

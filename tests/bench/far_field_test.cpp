@@ -21,11 +21,11 @@ TEST(FarField, TheSameStepperHasNoError) {
     }
     EXPECT_GT(run.ticks.back().force, 0.01);
     // A membrane sinks with the logarithm of the distance: far from the tool it is not still.
-    EXPECT_GT(run.ticks.back().way.back(), 0.05 * run.ticks.back().way.front());
-    EXPECT_LT(run.ticks.back().way.back(), run.ticks.back().way.front());
+    EXPECT_GT(run.ticks.back().path.back(), 0.05 * run.ticks.back().path.front());
+    EXPECT_LT(run.ticks.back().path.back(), run.ticks.back().path.front());
 }
 
-TEST(FarField, ASofterStepperIsTold) {
+TEST(FarField, ASofterStepperIsReported) {
     const FarFieldRun run = run_far_field(few_triangles, "xpbd:substeps=1", "implicit", 300);
     ASSERT_EQ(run.outcome, "ok");
     EXPECT_GT(run.ticks.back().force_error, 0.005 * run.ticks.back().force);
@@ -38,7 +38,7 @@ TEST(FarField, ASofterStepperIsTold) {
     EXPECT_NE(files.at("report.md").find("xpbd:substeps=1"), std::string::npos);
 }
 
-TEST(FarField, AStepperThatThereIsNotIsTold) {
+TEST(FarField, AStepperThatThereIsNotIsReported) {
     EXPECT_THROW(run_far_field(few_triangles, "regionally", "implicit", 1), InputError);
 }
 

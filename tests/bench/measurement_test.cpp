@@ -1,5 +1,5 @@
 // The benchmark judges answers before it times them: whoever forgets, invents, throws or is cut off becomes a failed
-// row. Contestants that lie are made here.
+// row. Methods that lie are made here.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,36 +20,36 @@ class Spoiled final : public Detector {
 public:
     explicit Spoiled(std::function<void(std::int64_t, ContactSet&)> spoil) : spoil_(std::move(spoil)) {}
     void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
-    void update(const Frame& /*frame*/, double reach) override { reach_ = reach; }
+    void update(const Frame& /*frame*/, double query_distance) override { query_distance_ = query_distance; }
     void detect(const Frame& frame, ContactSet& contacts) override {
         contacts.clear();
         true_pairs(*topology_, frame, contacts.pairs);
-        if (reach_ > 0.0) true_near_pairs(*topology_, frame, reach_, contacts.near);
+        if (query_distance_ > 0.0) true_near_pairs(*topology_, frame, query_distance_, contacts.near);
         spoil_(frame.tick, contacts);
     }
 
 private:
     std::function<void(std::int64_t, ContactSet&)> spoil_;
     const Topology* topology_ = nullptr;
-    double reach_ = 0.0;
+    double query_distance_ = 0.0;
 };
 
-Contestant contestant(const std::string& label, std::function<void(std::int64_t, ContactSet&)> spoil) {
-    Contestant result;
+Method method(const std::string& label, std::function<void(std::int64_t, ContactSet&)> spoil) {
+    Method result;
     result.label = label;
     result.claims_exact = true;
     result.make = [spoil = std::move(spoil)] { return std::make_unique<Spoiled>(spoil); };
     return result;
 }
 
-CellMeasurement measured(const std::vector<Contestant>& list, std::int64_t most_steps = 32) {
+CellMeasurement measured(const std::vector<Method>& list, std::int64_t most_steps = 32) {
     const ContactScene scene({.tissue_triangles = 2000, .instrument_triangles = 500});
     const FrameMaker frames{&scene.topology(), [&scene](std::int64_t step, Frame& frame) { scene.write(step, frame); }};
-    return measure(frames, list, {.budget_s = 10.0, .most_steps = most_steps, .reach = 0.001});
+    return measure(frames, list, {.budget_s = 10.0, .most_steps = most_steps, .query_distance = 0.001});
 }
 
-TEST(BenchMeasurement, TruthfulContestantsAreExactAndHaveEveryStep) {
-    const CellMeasurement cell = measured({contestant("truth", [](std::int64_t, ContactSet&) {})});
+TEST(BenchMeasurement, TruthfulMethodsAreExactAndHaveEveryStep) {
+    const CellMeasurement cell = measured({method("truth", [](std::int64_t, ContactSet&) {})});
     const MethodResult& row = cell.methods.at(0);
     EXPECT_TRUE(row.exact());
     EXPECT_EQ(row.step.size(), 32U);
@@ -65,15 +65,15 @@ TEST(BenchMeasurement, TruthfulContestantsAreExactAndHaveEveryStep) {
 
 TEST(BenchMeasurement, AForgottenPairIsCounted) {
     const CellMeasurement cell =
-        measured({contestant("forgets", [](std::int64_t, ContactSet& contacts) { contacts.pairs.pop_back(); })});
+        measured({method("forgets", [](std::int64_t, ContactSet& contacts) { contacts.pairs.pop_back(); })});
     EXPECT_FALSE(cell.methods.at(0).exact());
-    EXPECT_EQ(cell.methods.at(0).missing, cell.methods.at(0).truth_steps);
-    EXPECT_EQ(cell.methods.at(0).extra, 0);
+    EXPECT_EQ(cell.methods.at(0).false_negatives, cell.methods.at(0).truth_steps);
+    EXPECT_EQ(cell.methods.at(0).false_positives, 0);
 }
 
-TEST(BenchMeasurement, NearPairsAreAskedForAndJudgedInRowsWithinReachOnly) {
-    const auto within = [](Contestant asked) {
-        asked.within_reach = true;
+TEST(BenchMeasurement, NearPairsAreAskedForAndJudgedInRowsWithinQueryDistanceOnly) {
+    const auto within = [](Method asked) {
+        asked.within_query_distance = true;
         return asked;
     };
     const auto nothing = [](std::int64_t, ContactSet&) {};
@@ -84,50 +84,50 @@ TEST(BenchMeasurement, NearPairsAreAskedForAndJudgedInRowsWithinReachOnly) {
         if (tick % 5 == 1 && !contacts.near.empty()) contacts.near.pop_back();
     };
     const CellMeasurement cell =
-        measured({within(contestant("truth", nothing)), contestant("forgets, not asked", forget),
-                  within(contestant("forgets", forget)), within(contestant("forgets at times", forget_at_times))});
+        measured({within(method("truth", nothing)), method("forgets, not asked", forget),
+                  within(method("forgets", forget)), within(method("forgets at times", forget_at_times))});
     EXPECT_GT(cell.true_near_pairs, 20);
     EXPECT_TRUE(cell.methods.at(0).exact());
     EXPECT_NEAR(static_cast<double>(cell.methods.at(0).near_pairs), static_cast<double>(cell.true_near_pairs), 20.0);
     EXPECT_TRUE(cell.methods.at(1).exact());
     EXPECT_EQ(cell.methods.at(1).near_pairs, 0);
-    EXPECT_EQ(cell.methods.at(2).missing, cell.methods.at(2).truth_steps);
+    EXPECT_EQ(cell.methods.at(2).false_negatives, cell.methods.at(2).truth_steps);
     EXPECT_GT(cell.methods.at(3).differing_steps, 0);
 }
 
 TEST(BenchMeasurement, AnInventedPairIsCounted) {
-    const CellMeasurement cell = measured({contestant("invents", [](std::int64_t, ContactSet& contacts) {
+    const CellMeasurement cell = measured({method("invents", [](std::int64_t, ContactSet& contacts) {
         contacts.pairs.insert(contacts.pairs.begin(), {0, 700});
     })});
     EXPECT_FALSE(cell.methods.at(0).exact());
-    EXPECT_EQ(cell.methods.at(0).missing, 0);
-    EXPECT_EQ(cell.methods.at(0).extra, cell.methods.at(0).truth_steps);
+    EXPECT_EQ(cell.methods.at(0).false_negatives, 0);
+    EXPECT_EQ(cell.methods.at(0).false_positives, cell.methods.at(0).truth_steps);
 }
 
-TEST(BenchMeasurement, ALieBetweenTheStepsThatTruthLooksAtIsSeenBesideAnHonestOne) {
-    // Truth looks at the first of 4 steps a block (the numbers 4, 9, 14 …); the lie is told one step later.
-    const CellMeasurement cell = measured({contestant("truth", [](std::int64_t, ContactSet&) {}),
-                                           contestant("sly", [](std::int64_t tick, ContactSet& contacts) {
-                                               if (tick % 5 == 0) contacts.pairs.pop_back();
-                                           })});
+TEST(BenchMeasurement, ALieBetweenTheStepsThatTruthSearchesAtIsSeenBesideAnHonestOne) {
+    // Truth examines the first of 4 steps a block (the numbers 4, 9, 14 …); the lie is reported one step later.
+    const CellMeasurement cell = measured(
+        {method("truth", [](std::int64_t, ContactSet&) {}), method("sly", [](std::int64_t tick, ContactSet& contacts) {
+             if (tick % 5 == 0) contacts.pairs.pop_back();
+         })});
     EXPECT_TRUE(cell.methods.at(0).exact());
-    EXPECT_EQ(cell.methods.at(1).missing, 0);
+    EXPECT_EQ(cell.methods.at(1).false_negatives, 0);
     EXPECT_EQ(cell.methods.at(1).differing_steps, block_count);
     EXPECT_FALSE(cell.methods.at(1).exact());
 }
 
 TEST(BenchMeasurement, FailuresBecomeOutcomesAndHarmNobodyElse) {
     const CellMeasurement cell =
-        measured({contestant("throws",
-                             [](std::int64_t tick, ContactSet&) {
-                                 if (tick > 10) throw std::runtime_error("a library's own");
-                             }),
-                  contestant("cut", [](std::int64_t, ContactSet& contacts) { contacts.truncated = true; }),
-                  contestant("gives up",
-                             [](std::int64_t, ContactSet& contacts) {
-                                 contacts.outcome = {OutcomeKind::unsupported, "no"};
-                             }),
-                  contestant("truth", [](std::int64_t, ContactSet&) {})});
+        measured({method("throws",
+                         [](std::int64_t tick, ContactSet&) {
+                             if (tick > 10) throw std::runtime_error("a library's own");
+                         }),
+                  method("cut", [](std::int64_t, ContactSet& contacts) { contacts.truncated = true; }),
+                  method("gives up",
+                         [](std::int64_t, ContactSet& contacts) {
+                             contacts.outcome = {OutcomeKind::unsupported, "no"};
+                         }),
+                  method("truth", [](std::int64_t, ContactSet&) {})});
     EXPECT_EQ(cell.methods.at(0).outcome.kind, OutcomeKind::threw);
     EXPECT_EQ(cell.methods.at(0).outcome.message, "a library's own");
     EXPECT_EQ(cell.methods.at(1).outcome.kind, OutcomeKind::unsupported);
@@ -138,11 +138,10 @@ TEST(BenchMeasurement, FailuresBecomeOutcomesAndHarmNobodyElse) {
 
 TEST(BenchMeasurement, RegisteredDetectorsTakePartWithoutBeingNamed) {
     std::vector<Missing> missing;
-    const std::vector<Contestant> list = contestants(registry(), missing);
+    const std::vector<Method> list = methods(registry(), missing);
     for (const DetectorEntry& entry : registry().detectors()) {
-        const bool takes_part = std::any_of(list.begin(), list.end(), [&entry](const Contestant& contestant) {
-            return contestant.method == entry.name;
-        });
+        const bool takes_part = std::any_of(list.begin(), list.end(),
+                                            [&entry](const Method& method) { return method.method == entry.name; });
         EXPECT_EQ(takes_part, !entry.control) << entry.name;
     }
     for (const AbsentMethod& absent : registry().absent_detectors()) {
@@ -164,20 +163,20 @@ TEST(BenchMeasurement, EverySettingOfTheSearchesCanBeMadeAndHoldsDefaultAndRecom
         std::sort(tried.begin(), tried.end());
         EXPECT_EQ(std::adjacent_find(tried.begin(), tried.end()), tried.end()) << search.name;
         if (entry == all.end()) continue;  // absent here
-        for (const std::string& method : tried) EXPECT_NE(contestant_of(method).make(), nullptr) << method;
+        for (const std::string& method : tried) EXPECT_NE(method_of(method).make(), nullptr) << method;
     }
 }
 
 TEST(BenchMeasurement, DetectorsThatClaimExactnessAreExactOnEveryKindOfScene) {
     std::vector<Missing> missing;
-    std::vector<Contestant> list = contestants(registry(), missing);
-    std::erase_if(list, [](const Contestant& entry) { return !entry.claims_exact || entry.part != Part::everywhere; });
+    std::vector<Method> list = methods(registry(), missing);
+    std::erase_if(list, [](const Method& entry) { return !entry.claims_exact || entry.part != Part::everywhere; });
     ASSERT_FALSE(list.empty());
     for (std::size_t k = list.size(); k-- > 0;) {
-        if (!list[k].reach) continue;
+        if (!list[k].query_distance) continue;
         list.push_back(list[k]);
-        list.back().label += ", within reach";
-        list.back().within_reach = true;
+        list.back().label += ", within the query distance";
+        list.back().within_query_distance = true;
     }
     for (const Variant variant :
          {Variant::light, Variant::deep, Variant::near, Variant::rotating, Variant::strain, Variant::local}) {
@@ -185,10 +184,10 @@ TEST(BenchMeasurement, DetectorsThatClaimExactnessAreExactOnEveryKindOfScene) {
         const FrameMaker frames{&scene.topology(),
                                 [&scene](std::int64_t step, Frame& frame) { scene.write(step, frame); }};
         for (const MethodResult& row :
-             measure(frames, list, {.budget_s = 0.05, .most_steps = 16, .reach = 0.0005}).methods) {
-            EXPECT_TRUE(row.exact()) << row.label << ", " << scene.spec().name() << ": missing " << row.missing
-                                     << ", extra " << row.extra << ", differing " << row.differing_steps << " "
-                                     << row.outcome.message;
+             measure(frames, list, {.budget_s = 0.05, .most_steps = 16, .query_distance = 0.0005}).methods) {
+            EXPECT_TRUE(row.exact()) << row.label << ", " << scene.spec().name() << ": missing " << row.false_negatives
+                                     << ", extra " << row.false_positives << ", differing " << row.differing_steps
+                                     << " " << row.outcome.message;
         }
     }
 }

@@ -1,5 +1,5 @@
 // The benchmark's scenes are what their names say: the same bits for the same specification, closed surfaces, moving
-// everywhere, and touching as much as the targets assume. Pairs are counted by the exact oracle, never by a contestant.
+// everywhere, and touching as much as the targets assume. Pairs are counted by the exact oracle, never by a method.
 #include <gtest/gtest.h>
 
 #include <algorithm>

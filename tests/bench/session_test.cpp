@@ -98,7 +98,7 @@ TEST(BenchProgram, BadInputEndsWithStatusTwo) {
     EXPECT_EQ(run_bench("nonsense"), 2);
     {
         std::ofstream stream(folder.path() / "records.jsonl");
-        stream << "{\"format\":\"trocar-bench-1\"}\n";
+        stream << "{\"format\":\"trocar-bench-2\"}\n";
     }
     EXPECT_EQ(run_bench("report " + folder.path().string()), 2);
 }
@@ -146,15 +146,15 @@ TEST(BenchReport, RatiosAreTheOnesOfTheRecords) {
     EXPECT_TRUE(report.broken_claims.empty());
 }
 
-TEST(BenchReport, RowsWithinReachStandBesideTheirsForMeetingPairs) {
+TEST(BenchReport, RowsWithinQueryDistanceStandBesideTheirsForMeetingPairs) {
     CellRecord record = made_up("reach: light 20k x 2k");
-    record.spec.group = Group::reach;
-    record.reach = 0.0003;
+    record.spec.group = Group::query_distance;
+    record.query_distance = 0.0003;
     record.measurement.true_near_pairs = 395;
     for (std::size_t k = 0; k < 3; ++k) {
         MethodResult row = record.measurement.methods[k];
-        row.label += within_reach;
-        row.within_reach = true;
+        row.label += within_query_distance;
+        row.within_query_distance = true;
         row.near_pairs = 395;
         for (std::size_t i = 0; i < row.step.size(); ++i) row.detect_ns[i] += row.update_ns[i] + row.detect_ns[i];
         if (k == 2) row.outcome = {OutcomeKind::unsupported, "cannot"};
@@ -165,7 +165,8 @@ TEST(BenchReport, RowsWithinReachStandBesideTheirsForMeetingPairs) {
     const std::string text = to_markdown(make_report({again}).document);
     EXPECT_NE(text.find("| `ohc` | 100 | 200 | 2.00 [2.00, 2.00] | 6.00 [6.00, 6.00] | n/a |"), std::string::npos)
         << text;
-    EXPECT_NE(text.find("Reach 0.300 mm; 200 true pairs meet, 395 more are within reach. Not asked within reach, which "
+    EXPECT_NE(text.find("Reach 0.300 mm; 200 true pairs meet, 395 more are within the query distance. Not asked within "
+                        "the query distance, which "
                         "they cannot: `fcl_bvh`."),
               std::string::npos)
         << text;
@@ -173,7 +174,7 @@ TEST(BenchReport, RowsWithinReachStandBesideTheirsForMeetingPairs) {
 
 TEST(BenchReport, AWrongAnswerIsNeverAFastOne) {
     CellRecord record = made_up("size: light 20k x 2k");
-    record.measurement.methods[0].missing = 3;
+    record.measurement.methods[0].false_negatives = 3;
     const BenchReport report = make_report({record});
     ASSERT_EQ(report.broken_claims.size(), 1U);
     EXPECT_NE(report.files.at("report.md").find("n/a (misses 3 and invents 0 of 400)"), std::string::npos);

@@ -7,7 +7,7 @@
 #include "measure/allocations.hpp"
 #include "method/registry.hpp"
 #include "simulate/frame_source.hpp"
-#include "simulate/reach.hpp"
+#include "simulate/query_distance.hpp"
 #include "simulate/simulation.hpp"
 
 namespace trocar {
@@ -65,7 +65,8 @@ struct Counted {
 
 /// A whole tick: detector, canonical contacts, a penalty and the tissue.
 Counted count_detector(const std::string& detector) {
-    Simulation simulation(drag(), make_detector(detector), make_response("penalty"), registry().source("canonical"));
+    Simulation simulation(drag(), make_detector(detector), make_response("penalty"),
+                          registry().contact_generator("intersection"));
     Counted counted;
     for (std::int64_t tick = 0; tick < last_tick; ++tick) {
         const StepRow row = simulation.step();
@@ -98,32 +99,33 @@ Counted count_response(const std::string& method) {
     const Scene& scene = drag();
     const MethodSpec spec = parse_method(method);
     const auto response = make_response(spec.name, spec.parameters);
-    const SourceEntry& entry = registry().source(default_source(spec));
-    const auto source = make_source(entry.name);
+    const ContactGeneratorEntry& entry = registry().contact_generator(default_contact_generator(spec));
+    const auto source = make_contact_generator(entry.name);
     const auto detector = make_detector("ohc");
-    Reach reach(scene, default_reach_margin);
-    std::vector<Range> led;
+    QueryDistance query_distance(scene, default_query_distance_margin);
+    std::vector<Range> driven;
     std::vector<Range> tissue;
     for (const BodyRange& body : scene.topology.bodies) {
-        (body.kind == BodyKind::tissue ? tissue : led).push_back(body.vertices);
+        (body.kind == BodyKind::tissue ? tissue : driven).push_back(body.vertices);
     }
     response->prepare(scene.topology, scene.materials);
     detector->prepare(scene.topology, scene.first);
     source->prepare(scene.topology, scene.first);
     ContactSet contacts;
-    Effect effect;
-    effect.resize(scene.topology.vertex_count, scene.topology.body_count());
-    effect.contacts.reserve(4096);  // as the stepper does
-    effect.placements.reserve(4096);
+    ResponseOutput output;
+    output.resize(scene.topology.vertex_count, scene.topology.body_count());
+    output.contacts.reserve(4096);  // as the stepper does
+    output.position_corrections.reserve(4096);
     contacts.contacts.reserve(4096);
     Counted counted;
     drag_twice([&](const Frame& frame, bool warms_up) {
-        detector->update(
-            frame, entry.wants_reach ? reach.of(furthest_move(frame, led), furthest_move(frame, tissue), 0.0) : 0.0);
+        detector->update(frame, entry.wants_query_distance
+                                    ? query_distance.of(furthest_move(frame, driven), furthest_move(frame, tissue), 0.0)
+                                    : 0.0);
         detector->detect(frame, contacts);
         const std::int64_t before = allocation_count();
         source->gather(frame, contacts);
-        response->respond(frame, scene.dt, contacts, {}, effect);
+        response->respond(frame, scene.dt, contacts, {}, output);
         const std::int64_t allocations = allocation_count() - before;
         (warms_up ? counted.warm_up : counted.after) += allocations;
         if (!warms_up && allocations > 0) counted.worst_tick = frame.tick;
@@ -132,8 +134,8 @@ Counted count_response(const std::string& method) {
     return counted;
 }
 
-/// A detector on frames from outside, within a reach that grows and shrinks by factors of two.
-Counted count_within_reach(const std::string& method) {
+/// A detector on frames from outside, within a query distance that grows and shrinks by factors of two.
+Counted count_within_query_distance(const std::string& method) {
     const Scene& scene = drag();
     const auto detector = make_detector(method);
     detector->prepare(scene.topology, scene.first);
@@ -142,9 +144,9 @@ Counted count_within_reach(const std::string& method) {
     drag_twice([&](const Frame& frame, bool warms_up) {
         // The same in both drags.
         constexpr std::array<double, 4> reaches{0.0002, 0.0004, 0.0008, 0.0004};  // m
-        const double reach = reaches[static_cast<std::size_t>(frame.tick / 50 % 4)];
+        const double query_distance = reaches[static_cast<std::size_t>(frame.tick / 50 % 4)];
         const std::int64_t before = allocation_count();
-        detector->update(frame, reach);
+        detector->update(frame, query_distance);
         detector->detect(frame, contacts);
         const std::int64_t allocations = allocation_count() - before;
         EXPECT_TRUE(contacts.outcome.ok()) << contacts.outcome.message;
@@ -181,10 +183,10 @@ TEST_F(NoAllocation, InATickOfOurDetectorsAndDerive) {
     }
 }
 
-TEST_F(NoAllocation, InATickOfOurDetectorsWithinAReach) {
+TEST_F(NoAllocation, InATickOfOurDetectorsWithinAQueryDistance) {
     for (const DetectorEntry& entry : registry().detectors()) {
-        if (!entry.own || !entry.reach) continue;
-        const Counted counted = count_within_reach(entry.name);
+        if (!entry.own || !entry.query_distance) continue;
+        const Counted counted = count_within_query_distance(entry.name);
         EXPECT_GT(counted.contacts, 2000) << entry.name;
         EXPECT_EQ(counted.after, 0) << entry.name << ", last in tick " << counted.worst_tick;
     }

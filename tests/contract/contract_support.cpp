@@ -153,26 +153,27 @@ std::unique_ptr<Detector> make(const DetectorEntry& entry, const Settings& setti
     return entry.make(ParameterValues(entry.name, entry.parameters, settings));
 }
 
-ContactSet answer(Detector& detector, const World& world, bool native, double reach) {
+ContactSet answer(Detector& detector, const World& world, bool native, double query_distance) {
     ContactSet contacts;
     contacts.native_wanted = native;
-    detector.update(world.frame, reach);
+    detector.update(world.frame, query_distance);
     detector.detect(world.frame, contacts);
     return contacts;
 }
 
 ContactSet answer_of(const DetectorEntry& entry, const World& world, const Settings& settings, bool native,
-                     double reach) {
+                     double query_distance) {
     const auto detector = make(entry, settings);
     detector->prepare(world.topology, world.frame);
-    return answer(*detector, world, native, reach);
+    return answer(*detector, world, native, query_distance);
 }
 
-ContactSet retold_answer(const DetectorEntry& entry, const World& world, const Retelling& retelling, double reach) {
-    ContactSet contacts =
-        answer_of(entry, {world.name, retelling.topology, retelling.retold(world.frame)}, {}, false, reach);
-    contacts.pairs = retelling.original(contacts.pairs);
-    contacts.near = retelling.original(contacts.near);
+ContactSet permuted_answer(const DetectorEntry& entry, const World& world, const Permutation& permutation,
+                           double query_distance) {
+    ContactSet contacts = answer_of(entry, {world.name, permutation.topology, permutation.permuted(world.frame)}, {},
+                                    false, query_distance);
+    contacts.pairs = permutation.original(contacts.pairs);
+    contacts.near = permutation.original(contacts.near);
     return contacts;
 }
 
@@ -194,7 +195,7 @@ std::map<std::pair<std::string, std::string>, std::string> known_gaps(const std:
     return gaps;
 }
 
-const std::vector<DetectorEntry>& contestants() {
+const std::vector<DetectorEntry>& methods() {
     static const std::vector<DetectorEntry> list = [] {
         std::vector<DetectorEntry> entries = registry().detectors();
         std::erase_if(entries, [](const DetectorEntry& entry) { return entry.control; });

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "geometry/exact.hpp"
-#include "measure/retelling.hpp"
+#include "measure/permutation.hpp"
 #include "method/registry.hpp"
 #include "support/shapes.hpp"
 
@@ -39,12 +39,12 @@ Corners corners(const World& world, Index triangle);
 
 std::unique_ptr<Detector> make(const DetectorEntry& entry, const Settings& settings = {});
 /// Pairs only, unless native contacts are asked for: libraries may find pairs that they can give no contact for.
-ContactSet answer(Detector& detector, const World& world, bool native = false, double reach = 0.0);
+ContactSet answer(Detector& detector, const World& world, bool native = false, double query_distance = 0.0);
 ContactSet answer_of(const DetectorEntry& entry, const World& world, const Settings& settings = {}, bool native = false,
-                     double reach = 0.0);
+                     double query_distance = 0.0);
 /// In the numbers of the world as it was.
-ContactSet retold_answer(const DetectorEntry& entry, const World& world, const Retelling& retelling,
-                         double reach = 0.0);
+ContactSet permuted_answer(const DetectorEntry& entry, const World& world, const Permutation& permutation,
+                           double query_distance = 0.0);
 
 // ---- checks: empty text = kept ----
 
@@ -52,7 +52,7 @@ std::string over(const std::vector<World>& worlds, const std::function<std::stri
 
 /// Every registered detector but the controls, and our own once more with each option that changes the way but not the
 /// pairs.
-const std::vector<DetectorEntry>& contestants();
+const std::vector<DetectorEntry>& methods();
 
 /// (method, check) -> reason, of the gaps that are known: of the list `detectors` or `response_contract`.
 std::map<std::pair<std::string, std::string>, std::string> known_gaps(const std::string& list);

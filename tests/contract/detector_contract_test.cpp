@@ -97,8 +97,8 @@ std::string kilometre_scene(const DetectorEntry& entry) {
 
 std::string order_of_triangles_and_vertices(const DetectorEntry& entry) {
     return over(general_scenes(), [&entry](const World& world) {
-        const Retelling other = shuffled(world.topology, 1, Shuffle::triangles_and_vertices);
-        return difference(world.name, retold_answer(entry, world, other), answer_of(entry, world).pairs);
+        const Permutation other = shuffled(world.topology, 1, Shuffle::triangles_and_vertices);
+        return difference(world.name, permuted_answer(entry, world, other), answer_of(entry, world).pairs);
     });
 }
 
@@ -122,7 +122,7 @@ std::string exact_translation(const DetectorEntry& entry) {
 
 std::string swapped_bodies(const DetectorEntry& entry) {
     const World world = shaft_in_slab();
-    return difference("swapped", retold_answer(entry, world, with_bodies_in_order(world.topology, {1, 0})),
+    return difference("swapped", permuted_answer(entry, world, with_bodies_in_order(world.topology, {1, 0})),
                       answer_of(entry, world).pairs);
 }
 
@@ -158,7 +158,7 @@ std::string update_equals_fresh_prepare(const DetectorEntry& entry) {
 }
 
 std::string moved_ranges_are_honoured(const DetectorEntry& entry) {
-    // Frames that tell what moved: first nothing, then part of one body, then the other body.
+    // Frames that say what moved: first nothing, then part of one body, then the other body.
     World world = shaft_in_slab();
     const auto detector = make(entry);
     detector->prepare(world.topology, world.frame);
@@ -213,7 +213,7 @@ std::string single_triangles(const DetectorEntry& entry) {
                 [&entry](const World& world) { return compare(entry, world); });
 }
 
-std::string not_finite_is_told(const DetectorEntry& entry) {
+std::string not_finite_is_reported(const DetectorEntry& entry) {
     std::string failures;
     for (const double bad : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(),
                              -std::numeric_limits<double>::infinity()}) {
@@ -382,7 +382,7 @@ constexpr Check checks[] = {
     {"MovedRangesAreHonoured", moved_ranges_are_honoured},
     {"EmptyScenesHaveNoPairs", empty_scenes},
     {"SingleTrianglesAreFound", single_triangles},
-    {"NotFiniteVertexIsTold", not_finite_is_told},
+    {"NotFiniteVertexIsReported", not_finite_is_reported},
     {"InputsAreUntouched", inputs_are_untouched},
     {"SameAnswerTwice", same_answer_twice},
     {"PairsAreWellFormed", pairs_are_well_formed},
@@ -395,7 +395,7 @@ class DetectorContract : public testing::TestWithParam<std::tuple<std::size_t, s
 
 TEST_P(DetectorContract, Holds) {
     const auto& [method, number] = GetParam();
-    const DetectorEntry& entry = contestants()[method];
+    const DetectorEntry& entry = methods()[method];
     const Check& check = checks[number];
     const std::string failures = check.run(entry);
     const auto gaps = known_gaps("detectors");
@@ -409,11 +409,11 @@ TEST_P(DetectorContract, Holds) {
 }
 
 std::string test_name(const testing::TestParamInfo<std::tuple<std::size_t, std::size_t>>& info) {
-    return fmt::format("{}_{}", contestants()[std::get<0>(info.param)].name, checks[std::get<1>(info.param)].name);
+    return fmt::format("{}_{}", methods()[std::get<0>(info.param)].name, checks[std::get<1>(info.param)].name);
 }
 
 INSTANTIATE_TEST_SUITE_P(Every, DetectorContract,
-                         testing::Combine(testing::Range(std::size_t{0}, contestants().size()),
+                         testing::Combine(testing::Range(std::size_t{0}, methods().size()),
                                           testing::Range(std::size_t{0}, std::size(checks))),
                          test_name);
 

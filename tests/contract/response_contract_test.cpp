@@ -1,4 +1,4 @@
-// What every registered response owes its caller, ours or foreign, with each of its profiles on every contact source
+// What every registered response owes its caller, ours or foreign, with each of its profiles on every contact generator
 // that it takes. What one is known to get wrong is listed in known_gaps.json with the reason; it must go on failing, or
 // the list is out of date.
 #include <fmt/format.h>
@@ -12,8 +12,8 @@
 
 #include "contact/usable.hpp"
 #include "contract/contract_support.hpp"
-#include "contract/response_contestants.hpp"
-#include "contract/stepper_contestants.hpp"
+#include "contract/response_methods.hpp"
+#include "contract/stepper_methods.hpp"
 #include "measure/allocations.hpp"
 #include "simulate/simulation.hpp"
 #include "support/scene_samples.hpp"
@@ -45,7 +45,7 @@ const std::vector<Take>& takes(const std::string& source) {
     static std::map<std::string, std::vector<Take>> all;
     std::vector<Take>& list = all[source];
     if (!list.empty()) return list;
-    const SourceEntry& entry = registry().source(source);
+    const ContactGeneratorEntry& entry = registry().contact_generator(source);
     for (const Shot& shot : shots) {
         Take take{.scene = quick_scene(shot.scene, shot.faster)};
         Simulation simulation(take.scene, make_detector(detector_for(entry)), make_response("penalty"), entry);
@@ -62,23 +62,23 @@ const std::vector<Take>& takes(const std::string& source) {
 
 struct Instance {
     std::unique_ptr<Response> response;
-    Effect effect;
-    std::vector<ContactLoad> loads;
+    ResponseOutput output;
+    std::vector<ContactForce> loads;
 
     Instance(const std::string& method, const Topology& topology, const Materials& materials)
         : response(make_response(method)) {
         response->prepare(topology, materials);
-        effect.resize(topology.vertex_count, topology.body_count());
+        output.resize(topology.vertex_count, topology.body_count());
     }
     /// No stepper runs: loads stay none.
     void respond(const Take& take, std::size_t tick) { respond(take, tick, take.contacts[tick]); }
     void respond(const Take& take, std::size_t tick, const ContactSet& contacts) {
-        response->respond(take.frames[tick], take.scene.dt, contacts, loads, effect);
-        loads.assign(effect.contacts.size(), {});
+        response->respond(take.frames[tick], take.scene.dt, contacts, loads, output);
+        loads.assign(output.contacts.size(), {});
     }
 };
 
-std::string over_takes(const ResponseContestant& who, const std::function<std::string(const Take&)>& check) {
+std::string over_takes(const ResponseMethod& who, const std::function<std::string(const Take&)>& check) {
     std::string failures;
     for (const Take& take : takes(who.source)) {
         if (!take.has_contacts && who.source != "native") failures += take.scene.name + ": no contacts for a test\n";
@@ -110,7 +110,7 @@ Bits bits_of(const Frame& frame) {
     append(bits, frame.position);
     append(bits, frame.previous);
     append(bits, frame.velocity);
-    for (const Vector3& motion : frame.hand_motion) append(bits, motion);
+    for (const Vector3& motion : frame.operator_motion) append(bits, motion);
     for (const Pose& pose : frame.pose) {
         append(bits, pose.translation);
         append(bits, pose.jaw);
@@ -140,13 +140,13 @@ Bits bits_of(const ContactSet& set) {
             bits.push_back(one.id);
         }
     }
-    append(bits, set.reach);
+    append(bits, set.query_distance);
     return bits;
 }
 
-Bits bits_of(const Effect& effect) {
+Bits bits_of(const ResponseOutput& output) {
     Bits bits;
-    for (const LinearContact& one : effect.contacts) {
+    for (const ContactForceLaw& one : output.contacts) {
         bits.push_back(static_cast<std::uint64_t>(one.role));
         bits.push_back(one.source_id);
         append(bits, one.vertices);
@@ -159,13 +159,13 @@ Bits bits_of(const Effect& effect) {
         append(bits, one.reaction_body);
         append(bits, one.slip_key);
     }
-    for (const Placement& one : effect.placements) {
+    for (const PositionCorrection& one : output.position_corrections) {
         append(bits, one.vertex);
         append(bits, one.position);
         append(bits, one.velocity);
     }
-    append(bits, effect.held_force);
-    for (const Wrench& wrench : effect.wrench) {
+    append(bits, output.held_force);
+    for (const Wrench& wrench : output.wrench) {
         append(bits, wrench.force);
         append(bits, wrench.moment);
     }
@@ -174,10 +174,10 @@ Bits bits_of(const Effect& effect) {
 
 // ------------------------------------------------------------------ checks: empty text = kept
 
-/// The two sides of every linear contact are on one line along its normal; where all that can be touched is tissue or
-/// instruments, somebody takes the reaction, and vertices only where they are tissue's; wrenches between instruments
+/// The two sides of every contact force law are on one line along its normal; where all that can be touched is tissue
+/// or instruments, somebody takes the reaction, and vertices only where they are tissue's; wrenches between instruments
 /// sum to none.
-std::string action_is_reaction(const ResponseContestant& who) {
+std::string action_is_reaction(const ResponseMethod& who) {
     constexpr double most_arm = 1e-6;  // m, against mesh edges of 3 to 5 mm
     return over_takes(who, [&who](const Take& take) {
         const Topology& topology = take.scene.topology;
@@ -205,7 +205,7 @@ std::string action_is_reaction(const ResponseContestant& who) {
                 }
                 return sum;
             };
-            for (const LinearContact& linear : one.effect.contacts) {
+            for (const ContactForceLaw& linear : one.output.contacts) {
                 ++count;
                 // A grasp pulls by three springs along the axes, whose moments cancel together.
                 if (linear.role == ContactRole::grasp) continue;
@@ -234,7 +234,7 @@ std::string action_is_reaction(const ResponseContestant& who) {
             if (has_bone || has_tissue) continue;
             Vector3 force = Vector3::Zero();
             Vector3 moment = Vector3::Zero();
-            for (const Wrench& wrench : one.effect.wrench) {
+            for (const Wrench& wrench : one.output.wrench) {
                 force += wrench.force;
                 moment += wrench.moment;
                 wrench_all = std::max({wrench_all, wrench.force.norm(), wrench.moment.norm()});
@@ -257,7 +257,7 @@ std::string action_is_reaction(const ResponseContestant& who) {
     });
 }
 
-std::string inputs_are_untouched(const ResponseContestant& who) {
+std::string inputs_are_untouched(const ResponseMethod& who) {
     return over_takes(who, [&who](const Take& take) -> std::string {
         Instance one(who.method, take.scene.topology, take.scene.materials);
         for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
@@ -272,19 +272,19 @@ std::string inputs_are_untouched(const ResponseContestant& who) {
     });
 }
 
-std::string no_contact_no_force(const ResponseContestant& who) {
+std::string no_contact_no_force(const ResponseMethod& who) {
     return over_takes(who, [&who](const Take& take) -> std::string {
         Instance one(who.method, take.scene.topology, take.scene.materials);
         for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
             ContactSet nothing;
-            nothing.reach = take.contacts[tick].reach;
+            nothing.query_distance = take.contacts[tick].query_distance;
             one.respond(take, tick, nothing);
-            const Effect& effect = one.effect;
-            if (!effect.contacts.empty()) return fmt::format("tick {}: {} contacts", tick, effect.contacts.size());
-            if (!effect.placements.empty())
-                return fmt::format("tick {}: {} placements", tick, effect.placements.size());
-            if (!effect.held_force.isZero(0.0)) return fmt::format("tick {}: a held force", tick);
-            for (const Wrench& wrench : effect.wrench) {
+            const ResponseOutput& output = one.output;
+            if (!output.contacts.empty()) return fmt::format("tick {}: {} contacts", tick, output.contacts.size());
+            if (!output.position_corrections.empty())
+                return fmt::format("tick {}: {} position corrections", tick, output.position_corrections.size());
+            if (!output.held_force.isZero(0.0)) return fmt::format("tick {}: a held force", tick);
+            for (const Wrench& wrench : output.wrench) {
                 if (!wrench.force.isZero(0.0) || !wrench.moment.isZero(0.0))
                     return fmt::format("tick {}: a wrench", tick);
             }
@@ -295,11 +295,11 @@ std::string no_contact_no_force(const ResponseContestant& who) {
 
 /// N, per vertex and mean over a tick of the default stepper, of all that acts on tissue: what a solver of the
 /// response's own gives is known no sooner.
-Matrix3X pushed_in_a_tick(const Take& take, std::size_t tick, const Effect& effect, Stepper& tissue) {
+Matrix3X pushed_in_a_tick(const Take& take, std::size_t tick, const ResponseOutput& output, Stepper& tissue) {
     const Frame& before = take.frames[tick];
     Frame after = before;
-    std::vector<Wrench> reaction(effect.wrench.size());
-    const Outcome outcome = tissue.advance(effect, take.scene.dt, before, after, reaction);
+    std::vector<Wrench> reaction(output.wrench.size());
+    const Outcome outcome = tissue.advance(output, take.scene.dt, before, after, reaction);
     if (!outcome.ok()) throw std::runtime_error(outcome.message);
     Matrix3X push = (after.velocity - before.velocity) / take.scene.dt;
     for (std::size_t v = 0; v < take.scene.materials.mass.size(); ++v) {
@@ -314,7 +314,7 @@ std::unique_ptr<Stepper> stepper_for(const Take& take) {
     return stepper;
 }
 
-std::string same_bits_twice(const ResponseContestant& who) {
+std::string same_bits_twice(const ResponseMethod& who) {
     return over_takes(who, [&who](const Take& take) -> std::string {
         Instance one(who.method, take.scene.topology, take.scene.materials);
         Instance two(who.method, take.scene.topology, take.scene.materials);
@@ -322,22 +322,22 @@ std::string same_bits_twice(const ResponseContestant& who) {
         for (std::size_t tick = 0; tick < take.frames.size(); ++tick) {
             one.respond(take, tick);
             two.respond(take, tick);
-            if (bits_of(one.effect) != bits_of(two.effect)) return fmt::format("tick {}: other effects", tick);
-            if (one.effect.solver == nullptr) continue;
-            const Matrix3X push = pushed_in_a_tick(take, tick, one.effect, *tissue);
-            if (push != pushed_in_a_tick(take, tick, two.effect, *tissue))
+            if (bits_of(one.output) != bits_of(two.output)) return fmt::format("tick {}: other effects", tick);
+            if (one.output.solver == nullptr) continue;
+            const Matrix3X push = pushed_in_a_tick(take, tick, one.output, *tissue);
+            if (push != pushed_in_a_tick(take, tick, two.output, *tissue))
                 return fmt::format("tick {}: other impulses", tick);
         }
         return {};
     });
 }
 
-/// What an effect does to every vertex, in whatever order it is told: the force of its contacts with nothing moving,
-/// held forces, and where vertices are put.
-Matrix3X done_to_vertices(const Effect& effect, const Matrix3X& position) {
+/// What a response output does to every vertex, in whatever order it is reported: the force of its contacts with
+/// nothing moving, held forces, and where vertices are put.
+Matrix3X done_to_vertices(const ResponseOutput& output, const Matrix3X& position) {
     constexpr double per_metre = 1000.0;  // N/m, so that places stand beside forces
-    Matrix3X sum = effect.held_force;
-    for (const LinearContact& one : effect.contacts) {
+    Matrix3X sum = output.held_force;
+    for (const ContactForceLaw& one : output.contacts) {
         const double force = one.k * -one.gap + one.mu * one.face_velocity;
         for (std::size_t i = 0; i < 3; ++i) {
             if (one.vertices[i] >= 0) sum.col(one.vertices[i]) += one.weights[i] * force * one.normal;
@@ -345,13 +345,13 @@ Matrix3X done_to_vertices(const Effect& effect, const Matrix3X& position) {
                 sum.col(one.reaction_vertices[i]) -= one.reaction_weights[i] * force * one.normal;
         }
     }
-    for (const Placement& one : effect.placements) {
+    for (const PositionCorrection& one : output.position_corrections) {
         sum.col(one.vertex) += per_metre * (one.position - position.col(one.vertex)) + one.velocity;
     }
     return sum;
 }
 
-std::string order_of_contacts(const ResponseContestant& who) {
+std::string order_of_contacts(const ResponseMethod& who) {
     return over_takes(who, [&who](const Take& take) -> std::string {
         Instance one(who.method, take.scene.topology, take.scene.materials);
         Instance two(who.method, take.scene.topology, take.scene.materials);
@@ -365,18 +365,18 @@ std::string order_of_contacts(const ResponseContestant& who) {
             one.respond(take, tick);
             two.respond(take, tick, other);
             const Matrix3X& x = take.frames[tick].position;
-            const Matrix3X here = done_to_vertices(one.effect, x);
+            const Matrix3X here = done_to_vertices(one.output, x);
             largest = std::max(largest, here.cwiseAbs().maxCoeff());
-            worst = std::max(worst, (here - done_to_vertices(two.effect, x)).cwiseAbs().maxCoeff());
-            if (one.effect.solver != nullptr) {
-                const Matrix3X push = pushed_in_a_tick(take, tick, one.effect, *tissue);
+            worst = std::max(worst, (here - done_to_vertices(two.output, x)).cwiseAbs().maxCoeff());
+            if (one.output.solver != nullptr) {
+                const Matrix3X push = pushed_in_a_tick(take, tick, one.output, *tissue);
                 largest = std::max(largest, push.cwiseAbs().maxCoeff());
-                const Matrix3X off = push - pushed_in_a_tick(take, tick, two.effect, *tissue);
+                const Matrix3X off = push - pushed_in_a_tick(take, tick, two.output, *tissue);
                 worst = std::max(worst, off.cwiseAbs().maxCoeff());
             }
-            for (std::size_t body = 0; body < one.effect.wrench.size(); ++body) {
-                const Vector3 off = one.effect.wrench[body].force - two.effect.wrench[body].force;
-                largest = std::max(largest, one.effect.wrench[body].force.norm());
+            for (std::size_t body = 0; body < one.output.wrench.size(); ++body) {
+                const Vector3 off = one.output.wrench[body].force - two.output.wrench[body].force;
+                largest = std::max(largest, one.output.wrench[body].force.norm());
                 worst = std::max(worst, off.norm());
             }
         }
@@ -384,13 +384,13 @@ std::string order_of_contacts(const ResponseContestant& who) {
     });
 }
 
-/// The same run on the same scene with its triangles told in another order.
-std::string order_of_triangles(const ResponseContestant& who) {
+/// The same run on the same scene with its triangles reported in another order.
+std::string order_of_triangles(const ResponseMethod& who) {
     std::string failures;
-    const SourceEntry& source = registry().source(who.source);
+    const ContactGeneratorEntry& source = registry().contact_generator(who.source);
     for (const auto& [name, faster, ticks] : {Shot{"i2t_drag", 12.0, 30}, Shot{"t2t_press", 12.0, 30}}) {
         const Scene scene = quick_scene(name, faster);
-        const Scene other = retold(scene, shuffled(scene.topology, 3, Shuffle::triangles));
+        const Scene other = permuted(scene, shuffled(scene.topology, 3, Shuffle::triangles));
         Simulation one(scene, make_detector(detector_for(source)), make_response(who.method), source);
         Simulation two(other, make_detector(detector_for(source)), make_response(who.method), source);
         double worst = 0.0;
@@ -433,34 +433,34 @@ Materials plain_materials(const Topology& topology) {
 }
 
 /// Triangles on a lattice, coplanar, of no area, equal points, needles, huge beside tiny: as they stand.
-std::string finite_on_hard_frames(const ResponseContestant& who) {
+std::string finite_on_hard_frames(const ResponseMethod& who) {
     std::string failures;
-    const SourceEntry& source = registry().source(who.source);
+    const ContactGeneratorEntry& source = registry().contact_generator(who.source);
     std::vector<World> worlds = touching_scenes();
     for (const auto& more : {zero_area_scenes(), long_triangle_scenes()}) {
         worlds.insert(worlds.end(), more.begin(), more.end());
     }
     for (World& world : worlds) {
         world.frame.pose.assign(world.topology.bodies.size(), {});
-        const double reach = source.wants_reach ? 1e-3 : 0.0;
+        const double query_distance = source.wants_query_distance ? 1e-3 : 0.0;
         // The exact one whatever the source: libraries may give up on such frames.
         if (source.wants_native) continue;
         const auto detector = make(registry().detector("brute_force"));
         detector->prepare(world.topology, world.frame);
-        ContactSet contacts = answer(*detector, world, false, reach);
+        ContactSet contacts = answer(*detector, world, false, query_distance);
         const auto gatherer = source.make(ParameterValues(source.name, source.parameters, {}));
         gatherer->prepare(world.topology, world.frame);
         gatherer->gather(world.frame, contacts);
-        const Outcome told = check_contacts(world.topology, contacts);
-        if (!told.ok()) failures += fmt::format("{}: {}\n", world.name, told.message);
-        if (!told.ok()) continue;
+        const Outcome reported = check_contacts(world.topology, contacts);
+        if (!reported.ok()) failures += fmt::format("{}: {}\n", world.name, reported.message);
+        if (!reported.ok()) continue;
         Instance one(who.method, world.topology, plain_materials(world.topology));
         const Materials materials = plain_materials(world.topology);
         one.response->prepare(world.topology, materials);
         for (int twice = 0; twice < 2; ++twice) {
-            one.response->respond(world.frame, 1e-3, contacts, one.loads, one.effect);
-            one.loads.assign(one.effect.contacts.size(), {});
-            const Outcome done = check_effect(world.topology, one.effect);
+            one.response->respond(world.frame, 1e-3, contacts, one.loads, one.output);
+            one.loads.assign(one.output.contacts.size(), {});
+            const Outcome done = check_output(world.topology, one.output);
             if (!done.ok()) failures += fmt::format("{}: {}\n", world.name, done.message);
         }
     }
@@ -468,20 +468,20 @@ std::string finite_on_hard_frames(const ResponseContestant& who) {
 }
 
 /// The frames once so that buffers grow, then again.
-std::string nothing_allocated(const ResponseContestant& who) {
+std::string nothing_allocated(const ResponseMethod& who) {
     if (allocation_count() < 0) return {};
     return over_takes(who, [&who](const Take& take) -> std::string {
         Instance one(who.method, take.scene.topology, take.scene.materials);
         one.loads.reserve(1 << 14);
-        one.effect.contacts.reserve(1 << 14);
-        one.effect.placements.reserve(1 << 14);
+        one.output.contacts.reserve(1 << 14);
+        one.output.position_corrections.reserve(1 << 14);
         const std::unique_ptr<Stepper> tissue = stepper_for(take);
         Frame after = take.frames.front();
-        std::vector<Wrench> reaction(one.effect.wrench.size());
+        std::vector<Wrench> reaction(one.output.wrench.size());
         const auto answer = [&](std::size_t tick) {
             one.respond(take, tick);
-            if (one.effect.solver == nullptr) return;
-            tissue->advance(one.effect, take.scene.dt, take.frames[tick], after, reaction);
+            if (one.output.solver == nullptr) return;
+            tissue->advance(one.output, take.scene.dt, take.frames[tick], after, reaction);
         };
         for (int pass = 0; pass < 2; ++pass) {
             for (std::size_t tick = 0; tick < take.frames.size(); ++tick) answer(tick);
@@ -501,9 +501,9 @@ std::string nothing_allocated(const ResponseContestant& who) {
 enum class Fault { none, gap, vertex, normal };
 
 /// A source whose contacts have a fault from some tick on.
-class Faulty final : public ContactSource {
+class Faulty final : public ContactGenerator {
 public:
-    Faulty(std::unique_ptr<ContactSource> source, Fault fault) : source_(std::move(source)), fault_(fault) {}
+    Faulty(std::unique_ptr<ContactGenerator> source, Fault fault) : source_(std::move(source)), fault_(fault) {}
     void prepare(const Topology& topology, const Frame& first) override {
         vertex_count_ = topology.vertex_count;
         source_->prepare(topology, first);
@@ -521,13 +521,13 @@ public:
     static inline std::int64_t changed = 0;
 
 private:
-    std::unique_ptr<ContactSource> source_;
+    std::unique_ptr<ContactGenerator> source_;
     Fault fault_;
     Index vertex_count_ = 0;
 };
 
-Outcome outcome_with(const ResponseContestant& who, Fault fault, std::string& failures) {
-    SourceEntry source = registry().source(who.source);
+Outcome outcome_with(const ResponseMethod& who, Fault fault, std::string& failures) {
+    ContactGeneratorEntry source = registry().contact_generator(who.source);
     const auto make_sound = source.make;
     source.make = [&](const ParameterValues& values) { return std::make_unique<Faulty>(make_sound(values), fault); };
     Faulty::changed = 0;
@@ -541,7 +541,7 @@ Outcome outcome_with(const ResponseContestant& who, Fault fault, std::string& fa
     return simulation.outcome();
 }
 
-std::string faulty_contacts_have_a_name(const ResponseContestant& who) {
+std::string faulty_contacts_have_a_name(const ResponseMethod& who) {
     std::string failures;
     const auto expect = [&](Fault fault, OutcomeKind kind, const char* what) {
         const Outcome outcome = outcome_with(who, fault, failures);
@@ -549,7 +549,7 @@ std::string faulty_contacts_have_a_name(const ResponseContestant& who) {
             failures += fmt::format("expected {} ({}), found {} ({})\n", name_of(kind), what, name_of(outcome.kind),
                                     outcome.message);
     };
-    // Native contacts leave unset what their library does not tell.
+    // Native contacts leave unset what their library does not report.
     if (who.source != "native") expect(Fault::gap, OutcomeKind::not_finite, "contacts: a gap");
     expect(Fault::vertex, OutcomeKind::threw, "contacts: a vertex");
     // A normal that points the other way is a contact like others: it may pull, or blow the tissue up, by name.
@@ -570,7 +570,7 @@ Scene box_over_sheet(double gap, double speed) {
     constexpr double dt = 1e-3;
     const double first = 0.005 + gap - 2.0 * speed * dt;
     Scene scene = scene_from_text(fmt::format(
-        R"({{"format":"trocar-scene-1","name":"box_over_sheet","unit":"m","dt":{},"ticks":10,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"box_over_sheet","unit":"m","dt":{},"ticks":10,"seed":1,"bodies":[
       {{"name":"sheet","kind":"tissue","closed":false,"parts":[{{"shape":"sheet","size":[0.02,0.02],"edge":0.01}}]}},
       {{"name":"tool","kind":"instrument","closed":true,"parts":[{{"shape":"box","size":[0.01,0.01,0.01],"edge":0.01}}],
        "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[0,0,{},0,0,0]}},
@@ -589,7 +589,7 @@ Scene box_over_sheet(double gap, double speed) {
 }
 
 /// Offers one contact in every tick: the free vertex of the sheet against the box's lower face.
-class FaceOverVertex final : public ContactSource {
+class FaceOverVertex final : public ContactGenerator {
 public:
     explicit FaceOverVertex(Index vertex) : vertex_(vertex) {}
     void prepare(const Topology& topology, const Frame& first) override {
@@ -640,7 +640,7 @@ std::string stiffest(const std::string& method) {
 }
 
 /// m, that the vertex has moved down in tick 3, and what the last contact of the two next ticks gave (N). NaN: the
-/// stepper does not take the effect.
+/// stepper does not take the output.
 struct Answered {
     double moved = std::nan("");
     double force = 0.0;
@@ -653,15 +653,15 @@ Answered answer_to(const std::string& method, const std::string& stepper, double
     for (Index v = sheet.first; v < sheet.end(); ++v) {
         if (scene.materials.pinned[at(v)] == 0) middle = v;
     }
-    SourceEntry source = registry().source("tracked");
+    ContactGeneratorEntry source = registry().contact_generator("tracked_proximity");
     source.make = [middle](const ParameterValues&) { return std::make_unique<FaceOverVertex>(middle); };
     Simulation simulation(scene, make_detector("brute_force"), make_response(stiffest(method)), source,
                           {.stepper = parse_method(stepper), .watched = false});
     Answered answered;
     const auto force = [&simulation] {
         double sum = 0.0;
-        for (const ContactLoad& load : simulation.contact_loads()) sum += std::abs(load.normal);
-        return sum + simulation.effect().held_force.norm();
+        for (const ContactForce& load : simulation.contact_forces()) sum += std::abs(load.normal);
+        return sum + simulation.output().held_force.norm();
     };
     double before = 0.0;
     for (int tick = 0; tick <= 5; ++tick) {
@@ -677,11 +677,11 @@ Answered answer_to(const std::string& method, const std::string& stepper, double
 
 /// A face that closes a gap within the j-th sub-step moves the vertex from there on, and not at all where it closes
 /// after the tick; a face that leaves an overlap never draws the vertex after it.
-std::string open_contact_joins(const ResponseContestant& who) {
-    if (who.source != "tracked") return {};
+std::string open_contact_joins(const ResponseMethod& who) {
+    if (who.source != "tracked_proximity") return {};
     std::string failures;
     constexpr double h = 1e-3 / substeps;
-    for (const std::string& stepper : stepper_contestants()) {
+    for (const std::string& stepper : stepper_methods()) {
         // One that takes a single step a tick sees no sub-step.
         for (int j = 0; j <= substeps; ++j) {
             const double gap = (j + 0.5) * approach_speed * h;
@@ -709,7 +709,7 @@ std::string open_contact_joins(const ResponseContestant& who) {
 
 struct Check {
     const char* name;
-    std::string (*run)(const ResponseContestant&);
+    std::string (*run)(const ResponseMethod&);
 };
 constexpr Check checks[] = {
     {"ActionIsReaction", action_is_reaction},
@@ -726,7 +726,7 @@ constexpr Check checks[] = {
 
 void PrintTo(const Check& check, std::ostream* stream) { *stream << check.name; }
 
-class ResponseContract : public testing::TestWithParam<std::tuple<ResponseContestant, Check>> {};
+class ResponseContract : public testing::TestWithParam<std::tuple<ResponseMethod, Check>> {};
 
 TEST_P(ResponseContract, Holds) {
     const auto& [who, check] = GetParam();
@@ -740,50 +740,50 @@ TEST_P(ResponseContract, Holds) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Every, ResponseContract,
-                         testing::Combine(testing::ValuesIn(response_contestants()), testing::ValuesIn(checks)),
+                         testing::Combine(testing::ValuesIn(response_methods()), testing::ValuesIn(checks)),
                          [](const auto& tested) {
                              return std::get<0>(tested.param).name() + "_" + std::get<1>(tested.param).name;
                          });
 
 TEST(KnownResponseGaps, NameOnlyResponsesAndChecksThatExist) {
-    const auto contestants = response_contestants();
+    const auto methods = response_methods();
     for (const auto& [key, reason] : known_response_gaps()) {
         const auto& [method, name] = key;
-        const bool absent = std::none_of(contestants.begin(), contestants.end(), [&m = method](const auto& who) {
+        const bool absent = std::none_of(methods.begin(), methods.end(), [&m = method](const auto& who) {
             return who.name() == m || "*_" + who.source == m;
         });
         // Foreign methods may be absent from this build.
         EXPECT_FALSE(absent && method.rfind("ode_joints", 0) != 0 && method.find("native") == std::string::npos)
             << method;
         EXPECT_TRUE(
-            name.rfind("NothingToldIsNothingDone", 0) == 0 ||
+            name.rfind("NothingReportedIsNothingDone", 0) == 0 ||
             std::any_of(std::begin(checks), std::end(checks), [&n = name](const Check& c) { return n == c.name; }))
             << name;
         EXPECT_FALSE(reason.empty()) << method;
     }
 }
 
-// ------------------------------------------------------------------ the effect is looked through as well
+// ------------------------------------------------------------------ the output is looked through as well
 
 /// Does one wrong thing at tick 3.
 class Wrong final : public Response {
 public:
-    enum class What { vertex, normal, placement };
+    enum class What { vertex, normal, position_correction };
     explicit Wrong(What what) : what_(what) {}
     void prepare(const Topology& topology, const Materials& /*materials*/) override { topology_ = &topology; }
     void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactLoad> /*loads*/, Effect& effect) override {
-        effect.clear();
+                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+        output.clear();
         if (frame.tick != 3) return;
-        LinearContact contact;
+        ContactForceLaw contact;
         contact.vertices[0] = what_ == What::vertex ? topology_->vertex_count : 0;
         contact.weights[0] = 1.0;
         contact.normal = Vector3::UnitZ();
         if (what_ == What::normal) contact.normal[1] = std::nan("");
         contact.k = 100.0;
         contact.gap = -1e-3;
-        effect.contacts.push_back(contact);
-        if (what_ == What::placement) effect.placements.push_back({.vertex = -3});
+        output.contacts.push_back(contact);
+        if (what_ == What::position_correction) output.position_corrections.push_back({.vertex = -3});
     }
 
 private:
@@ -791,14 +791,14 @@ private:
     const Topology* topology_ = nullptr;
 };
 
-TEST(EffectCheck, WhatCannotBeHasANamedOutcome) {
+TEST(OutputCheck, WhatCannotBeHasANamedOutcome) {
     using What = Wrong::What;
     const Scene scene = quick_scene("i2t_drag", 8.0);
     for (const auto& [what, kind] : {std::pair{What::vertex, OutcomeKind::threw},
                                      {What::normal, OutcomeKind::not_finite},
-                                     {What::placement, OutcomeKind::threw}}) {
+                                     {What::position_correction, OutcomeKind::threw}}) {
         Simulation simulation(scene, make_detector("brute_force"), std::make_unique<Wrong>(what),
-                              registry().source("canonical"));
+                              registry().contact_generator("intersection"));
         for (int tick = 0; tick < 3; ++tick) ASSERT_EQ(simulation.step().outcome, OutcomeKind::ok);
         EXPECT_EQ(simulation.step().outcome, kind);
         EXPECT_EQ(simulation.outcome().message.rfind("respond: ", 0), 0U) << simulation.outcome().message;

@@ -6,7 +6,7 @@
 #include <array>
 #include <cmath>
 
-#include "contract/stepper_contestants.hpp"
+#include "contract/stepper_methods.hpp"
 #include "measure/allocations.hpp"
 #include "method/registry.hpp"
 #include "support/tissue_samples.hpp"
@@ -17,14 +17,14 @@ namespace {
 constexpr double dt = 1e-3;  // s
 
 class StepperContract : public ::testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Every, StepperContract, ::testing::ValuesIn(test::stepper_contestants()),
+INSTANTIATE_TEST_SUITE_P(Every, StepperContract, ::testing::ValuesIn(test::stepper_methods()),
                          [](const auto& one) { return test::test_name(one.param); });
 
 /// A pinned disc that three contacts press on; all react on body 0.
 struct Pressed {
     test::TissueSample s = test::make_disc(0.05, 0.01, 100.0, 0.2, 1e-4);
     std::unique_ptr<Stepper> stepper;
-    Effect effect = test::empty_effect(s.topology);
+    ResponseOutput output = test::empty_output(s.topology);
     std::vector<Wrench> reaction{1};
     Matrix3X start = s.frame.position;
     std::vector<Index> free;  ///< vertices that are not pinned
@@ -39,13 +39,13 @@ struct Pressed {
     }
     /// Planes that come down at 0.1 m/s; the first contact gives way at 20 mN, the second rubs.
     void press(int tick) {
-        effect.clear();
+        output.clear();
         for (std::size_t c = 0; c < 3; ++c) {
             const Index vertex = free[c];
             const Vector3 normal = Vector3(0.1 * static_cast<double>(c), 0.2, -1.0).normalized();
-            const double way = 1e-3 + 1e-4 * tick;
-            const double gap = normal.dot(s.frame.position.col(vertex) - start.col(vertex)) - way;
-            LinearContact contact = test::plane_contact(vertex, normal, gap, 2e4, 1.0);
+            const double path = 1e-3 + 1e-4 * tick;
+            const double gap = normal.dot(s.frame.position.col(vertex) - start.col(vertex)) - path;
+            ContactForceLaw contact = test::plane_contact(vertex, normal, gap, 2e4, 1.0);
             contact.face_velocity = 0.1;
             contact.reaction_body = 0;
             contact.reaction_point = s.frame.position.col(vertex);
@@ -56,7 +56,7 @@ struct Pressed {
                 contact.surface_velocity = Vector3(0.05, 0.0, 0.0);
                 contact.slip_key = vertex;
             }
-            effect.contacts.push_back(contact);
+            output.contacts.push_back(contact);
         }
     }
     void step(int tick) {
@@ -65,7 +65,7 @@ struct Pressed {
     }
     void advance() {
         reaction.assign(1, {});
-        const Outcome outcome = stepper->advance(effect, dt, s.frame, s.frame, reaction);
+        const Outcome outcome = stepper->advance(output, dt, s.frame, s.frame, reaction);
         ASSERT_TRUE(outcome.ok()) << outcome.message;
     }
 };
@@ -75,9 +75,9 @@ TEST_P(StepperContract, LoadsSumToTheReactionThatTheBodyGets) {
     for (int tick = 0; tick < 30; ++tick) {
         p.step(tick);
         const auto loads = p.stepper->loads();
-        ASSERT_EQ(loads.size(), p.effect.contacts.size());
+        ASSERT_EQ(loads.size(), p.output.contacts.size());
         Vector3 pressed = Vector3::Zero();
-        for (std::size_t c = 0; c < loads.size(); ++c) pressed += loads[c].normal * p.effect.contacts[c].normal;
+        for (std::size_t c = 0; c < loads.size(); ++c) pressed += loads[c].normal * p.output.contacts[c].normal;
         const Vector3 rubbed = -p.reaction[0].force - pressed;
         EXPECT_NEAR(rubbed.norm(), loads[1].friction, 1e-12) << tick;
         EXPECT_LE(loads[1].friction, 0.3 * loads[1].normal + 1e-12);
@@ -107,20 +107,20 @@ TEST_P(StepperContract, TheTissueGetsWhatALimitLeaves) {
     const auto stepper = test::stepper_of(GetParam());
     stepper->prepare(s.topology, s.materials);
     for (const bool held : {false, true}) {
-        Effect effect = test::empty_effect(s.topology);
-        effect.contact_timing = held ? ContactTiming::at_tick_start : ContactTiming::implicit;
-        effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 1e4, 0.0));
-        effect.contacts.back().limit = 0.5;
-        effect.contacts.back().reaction_body = 0;
+        ResponseOutput output = test::empty_output(s.topology);
+        output.contact_timing = held ? ContactTiming::at_tick_start : ContactTiming::implicit;
+        output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 1e4, 0.0));
+        output.contacts.back().limit = 0.5;
+        output.contacts.back().reaction_body = 0;
         std::vector<Wrench> reaction(1);
         const double before = s.frame.velocity(2, 0);
-        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
         EXPECT_NEAR(s.frame.velocity(2, 0) - before, 0.5 * dt / 1e-3, 1e-12) << held;
         EXPECT_NEAR(reaction[0].force.z(), -0.5, 1e-12) << held;
     }
 }
 
-TEST_P(StepperContract, TheForceOfAContactIsTakenFromTheStateThatTheEffectNames) {
+TEST_P(StepperContract, TheForceOfAContactIsTakenFromTheStateThatTheOutputNames) {
     // A free vertex of 1 g, 2 mm deep in a plane of 100 N/m that it leaves slowly.
     constexpr double k = 100.0;
     constexpr double m = 1e-3;
@@ -129,11 +129,11 @@ TEST_P(StepperContract, TheForceOfAContactIsTakenFromTheStateThatTheEffectNames)
         s.materials.substeps = 4;
         const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
-        Effect effect = test::empty_effect(s.topology);
-        effect.contact_timing = timing;
-        effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, k, 0.0));
+        ResponseOutput output = test::empty_output(s.topology);
+        output.contact_timing = timing;
+        output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, k, 0.0));
         std::vector<Wrench> reaction(1);
-        EXPECT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        EXPECT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
         return s.frame.velocity(2, 0);
     };
     EXPECT_NEAR(rate_after_a_tick(ContactTiming::at_tick_start), k * 0.002 * dt / m, 1e-14);
@@ -191,10 +191,10 @@ TEST_P(StepperContract, NoContactPressesUnlessASubStepEndsInside) {
                 s.frame.velocity(2, 0) = rate;
                 const auto stepper = test::stepper_of(GetParam());
                 stepper->prepare(s.topology, s.materials);
-                Effect effect = test::empty_effect(s.topology);
-                effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -depth, k, mu));
+                ResponseOutput output = test::empty_output(s.topology);
+                output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -depth, k, mu));
                 std::vector<Wrench> reaction(1);
-                ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+                ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
                 const double after = s.frame.velocity(2, 0);
                 const double given = stepper->loads()[0].normal;
                 EXPECT_NEAR(m * (after - rate), given * dt, 1e-12);
@@ -223,22 +223,22 @@ TEST_P(StepperContract, AnEdgeHeldAgainstAnEdgeIsPushedWhereTheyCross) {
         test::TissueSample s = test::make_tissue({Vector3::Zero(), Vector3(0.01, 0.0, 0.0)}, {1e-3, 1e-3}, {0, 0}, {});
         const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
-        Effect effect = test::empty_effect(s.topology);
-        const double way = std::min(place, 1.0);
-        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 10.0, 0.0);
+        ResponseOutput output = test::empty_output(s.topology);
+        const double path = std::min(place, 1.0);
+        ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 10.0, 0.0);
         contact.role = ContactRole::constraint;
         contact.source_id = 1;
         contact.vertices = {0, 1, -1};
-        contact.weights = {1.0 - way, way, 0.0};
+        contact.weights = {1.0 - path, path, 0.0};
         contact.other_edge = Vector3::UnitY();
         contact.other_point = Vector3(0.01 * place, 0.003, 1e-4);
-        effect.contacts.push_back(contact);
+        output.contacts.push_back(contact);
         std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
         const double first = s.frame.velocity(2, 0);
         const double second = s.frame.velocity(2, 1);
         EXPECT_GT(first + second, 0.0);
-        EXPECT_NEAR(second / (first + second), way, 1e-3) << place;
+        EXPECT_NEAR(second / (first + second), path, 1e-3) << place;
     }
 }
 
@@ -248,15 +248,15 @@ TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitGivesWay) {
     test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-4}, {0}, {});
     const auto stepper = test::stepper_of(GetParam());
     stepper->prepare(s.topology, s.materials);
-    Effect effect = test::empty_effect(s.topology);
+    ResponseOutput output = test::empty_output(s.topology);
     std::vector<Wrench> reaction(1);
     for (int tick = 0; tick < 500; ++tick) {
         const double z = s.frame.position(2, 0);
-        effect.clear();
-        effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), z - 0.001, 1e5, 10.0));
-        effect.contacts.back().limit = 0.3;
-        effect.contacts.push_back(test::plane_contact(0, -Vector3::UnitZ(), -0.001 - z, 1000.0, 1.0));
-        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        output.clear();
+        output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), z - 0.001, 1e5, 10.0));
+        output.contacts.back().limit = 0.3;
+        output.contacts.push_back(test::plane_contact(0, -Vector3::UnitZ(), -0.001 - z, 1000.0, 1.0));
+        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
     }
     EXPECT_NEAR(s.frame.position(2, 0), -0.001 + 0.0003, 1e-9);
     EXPECT_NEAR(stepper->loads()[0].normal, 0.3, 1e-12);
@@ -274,17 +274,17 @@ TEST_P(StepperContract, AFaceHeldAgainstTissueThatNothingMovesIsPushedByItsWeigh
                           {1e-3, 1e-3, 1e-3, 1e-3}, {0, 0, 0, 1}, {});
     const auto stepper = test::stepper_of(GetParam());
     stepper->prepare(s.topology, s.materials);
-    Effect effect = test::empty_effect(s.topology);
-    LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 100.0, 0.0);
+    ResponseOutput output = test::empty_output(s.topology);
+    ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 100.0, 0.0);
     contact.role = ContactRole::constraint;
     contact.source_id = 1;
     contact.vertices = {0, 1, 2};
     contact.weights = weights;
     contact.reaction_vertices = {3, -1, -1};
     contact.reaction_weights = {1.0, 0.0, 0.0};
-    effect.contacts.push_back(contact);
+    output.contacts.push_back(contact);
     std::vector<Wrench> reaction(1);
-    ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+    ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
     const double impulse = stepper->loads()[0].normal * dt;
     EXPECT_GT(impulse, 0.0);
     for (Index v = 0; v < 3; ++v) {
@@ -300,14 +300,14 @@ TEST_P(StepperContract, AReactionOnAnEdgeIsTakenWhicheverCornerIsLeftOut) {
                               {1e-3, 1e-3, 1e-3}, {0, 0, 0}, {});
         const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
-        Effect effect = test::empty_effect(s.topology);
-        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 100.0, 0.0);
+        ResponseOutput output = test::empty_output(s.topology);
+        ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 100.0, 0.0);
         contact.reaction_vertices = packed ? std::array<Index, 3>{1, 2, -1} : std::array<Index, 3>{-1, 1, 2};
         contact.reaction_weights =
             packed ? std::array<double, 3>{0.25, 0.75, 0.0} : std::array<double, 3>{0.0, 0.25, 0.75};
-        effect.contacts.push_back(contact);
+        output.contacts.push_back(contact);
         std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
         const double momentum = 1e-3 * s.frame.velocity(2, 0);
         EXPECT_GT(momentum, 0.0);
         EXPECT_NEAR(1e-3 * s.frame.velocity(2, 1), -0.25 * momentum, 1e-9 * momentum) << packed;
@@ -315,7 +315,7 @@ TEST_P(StepperContract, AReactionOnAnEdgeIsTakenWhicheverCornerIsLeftOut) {
     }
 }
 
-TEST_P(StepperContract, TheSameEffectsEndOnTheSameBits) {
+TEST_P(StepperContract, TheSameOutputsEndOnTheSameBits) {
     Pressed one(GetParam());
     Pressed two(GetParam());
     for (int tick = 0; tick < 30; ++tick) {
@@ -334,13 +334,13 @@ TEST_P(StepperContract, NothingHasGoneFurtherThanItSays) {
         p.press(tick);
         if (tick % 10 == 9) {
             const Vector3 place = p.s.frame.position.col(p.free[5]) + Vector3(0.0, 0.0, 0.007);
-            p.effect.placements.push_back({.vertex = p.free[5], .position = place});
+            p.output.position_corrections.push_back({.vertex = p.free[5], .position = place});
         }
         const Matrix3X before = p.s.frame.position;
         p.advance();
         const double furthest = (p.s.frame.position - before).colwise().norm().maxCoeff();
         EXPECT_GE(p.stepper->largest_move(), furthest) << tick;
-        EXPECT_LE(p.stepper->largest_move(), 20.0 * furthest) << tick << ": a bound that tells nothing";
+        EXPECT_LE(p.stepper->largest_move(), 20.0 * furthest) << tick << ": a bound that reports nothing";
         limited += p.stepper->limited_edges();
     }
     EXPECT_GT(limited, 0) << "the strain limit moves vertices too";
@@ -349,7 +349,7 @@ TEST_P(StepperContract, NothingHasGoneFurtherThanItSays) {
 TEST_P(StepperContract, AsksForNoMemoryAfterWarmUp) {
     if (allocation_count() < 0) GTEST_SKIP() << "a sanitizer has replaced the allocator: nothing is counted";
     Pressed p(GetParam());
-    p.s.materials.strain_limit = 0.5;  // where it acts, one tick in 64 looks for a blow-up and may ask
+    p.s.materials.strain_limit = 0.5;  // where it acts, one tick in 64 searches for a blow-up and may ask
     for (int tick = 0; tick < 20; ++tick) p.step(tick);
     const std::int64_t before = allocation_count();
     for (int tick = 20; tick < 40; ++tick) p.step(tick);
@@ -360,21 +360,21 @@ TEST(StepperEntry, WhatItDoesNotTakeIsNamed) {
     const test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
     StepperEntry entry;
     entry.name = "statue";
-    Effect effect = test::empty_effect(s.topology);
-    EXPECT_EQ(why_not_taken(entry, s.topology, effect), "");
-    effect.held_force(1, 0) = 1.0;
-    EXPECT_EQ(why_not_taken(entry, s.topology, effect),
+    ResponseOutput output = test::empty_output(s.topology);
+    EXPECT_EQ(why_not_taken(entry, s.topology, output), "");
+    output.held_force(1, 0) = 1.0;
+    EXPECT_EQ(why_not_taken(entry, s.topology, output),
               "statue does not take forces held over the tick, which the response asks for");
-    effect.placements.push_back({.vertex = 0});
-    EXPECT_NE(why_not_taken(entry, s.topology, effect).find("placements"), std::string::npos);
-    effect.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), 0.0, 1.0, 0.0));
-    EXPECT_NE(why_not_taken(entry, s.topology, effect).find("linear contacts"), std::string::npos);
-    entry.takes_linear_contacts = entry.takes_placements = entry.takes_held_forces = true;
-    EXPECT_EQ(why_not_taken(entry, s.topology, effect), "");
-    effect.contacts.back().role = ContactRole::solved;
-    EXPECT_NE(why_not_taken(entry, s.topology, effect).find("impulses the response finds"), std::string::npos);
+    output.position_corrections.push_back({.vertex = 0});
+    EXPECT_NE(why_not_taken(entry, s.topology, output).find("position_corrections"), std::string::npos);
+    output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), 0.0, 1.0, 0.0));
+    EXPECT_NE(why_not_taken(entry, s.topology, output).find("contact force laws"), std::string::npos);
+    entry.takes_contact_force_laws = entry.takes_position_corrections = entry.takes_held_forces = true;
+    EXPECT_EQ(why_not_taken(entry, s.topology, output), "");
+    output.contacts.back().role = ContactRole::solved;
+    EXPECT_NE(why_not_taken(entry, s.topology, output).find("impulses the response finds"), std::string::npos);
     entry.takes_solved_contacts = true;
-    EXPECT_EQ(why_not_taken(entry, s.topology, effect), "");
+    EXPECT_EQ(why_not_taken(entry, s.topology, output), "");
     EXPECT_EQ(registry().default_stepper().name, "semi_implicit");
 }
 
@@ -407,15 +407,15 @@ TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsCarriesItsLoad) {
     Carried one = carried_by_volume();
     const auto stepper = test::stepper_of(GetParam());
     stepper->prepare(one.s.topology, one.s.materials);
-    Effect effect = test::empty_effect(one.s.topology);
-    effect.held_force(2, one.vertex) = one.load;
+    ResponseOutput output = test::empty_output(one.s.topology);
+    output.held_force(2, one.vertex) = one.load;
     const Matrix3X start = one.s.frame.position;
     std::vector<Wrench> reaction(1);
     for (int tick = 0; tick < 1000; ++tick) {
-        ASSERT_TRUE(stepper->advance(effect, dt, one.s.frame, one.s.frame, reaction).ok());
+        ASSERT_TRUE(stepper->advance(output, dt, one.s.frame, one.s.frame, reaction).ok());
     }
-    const double way = one.z - start(2, one.vertex);
-    EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 1e-3 * std::abs(way));
+    const double path = one.z - start(2, one.vertex);
+    EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 1e-3 * std::abs(path));
     for (Index v = 0; v < one.vertex; ++v) EXPECT_EQ(one.s.frame.position.col(v), start.col(v));
 }
 
@@ -424,17 +424,17 @@ TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsBearsWhatPressesOnIt) 
     Carried one = carried_by_volume();
     const auto stepper = test::stepper_of(GetParam());
     stepper->prepare(one.s.topology, one.s.materials);
-    Effect effect = test::empty_effect(one.s.topology);
-    const double way = one.z - one.s.frame.position(2, one.vertex);
-    const double k = 10.0 * one.load / way;
+    ResponseOutput output = test::empty_output(one.s.topology);
+    const double path = one.z - one.s.frame.position(2, one.vertex);
+    const double k = 10.0 * one.load / path;
     std::vector<Wrench> reaction(1);
     for (int tick = 0; tick < 1000; ++tick) {
-        effect.clear();
+        output.clear();
         const double gap = one.z + one.load / k - one.s.frame.position(2, one.vertex);
-        effect.contacts.push_back(test::plane_contact(one.vertex, -Vector3::UnitZ(), gap, k, 0.02 * k));
-        ASSERT_TRUE(stepper->advance(effect, dt, one.s.frame, one.s.frame, reaction).ok());
+        output.contacts.push_back(test::plane_contact(one.vertex, -Vector3::UnitZ(), gap, k, 0.02 * k));
+        ASSERT_TRUE(stepper->advance(output, dt, one.s.frame, one.s.frame, reaction).ok());
     }
-    EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 5e-3 * std::abs(way));
+    EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 5e-3 * std::abs(path));
     EXPECT_NEAR(stepper->loads()[0].normal, std::abs(one.load), 0.01 * std::abs(one.load));
 }
 
@@ -451,16 +451,16 @@ TEST_P(StepperContract, AFaceHeldAgainstWhatIsLedIsPushedAlongItsNormalAtTheNear
         test::TissueSample s = test::make_tissue({first, second, third}, {1e-3, 1e-3, 1e-3}, {0, 0, 0}, {});
         const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
-        Effect effect = test::empty_effect(s.topology);
-        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 1.0, 0.0);
+        ResponseOutput output = test::empty_output(s.topology);
+        ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 1.0, 0.0);
         contact.role = ContactRole::constraint;
         contact.source_id = 1;
         contact.vertices = {0, turned ? 2 : 1, turned ? 1 : 2};
         contact.weights = {0.5, 0.25, 0.25};
         contact.other_point = foot + 1e-4 * n;
-        effect.contacts.push_back(contact);
+        output.contacts.push_back(contact);
         std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
         const Vector3 sum = s.frame.velocity.rowwise().sum();
         EXPECT_GT(sum.norm(), 0.0);
         EXPECT_LT((sum.normalized() - n).norm(), 1e-3) << turned;
@@ -511,16 +511,16 @@ TEST_P(StepperContract, AsksTheSolverFromWhatItPredictsAndTakesItsImpulsesAndShi
         const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
         ToGivenSpeed solver;
-        Effect effect = test::empty_effect(s.topology);
-        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 0.0, 0.0);
+        ResponseOutput output = test::empty_output(s.topology);
+        ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 0.0, 0.0);
         contact.role = ContactRole::solved;
         contact.surface_velocity = Vector3(0.0, 0.0, 0.05);
         contact.face_velocity = 0.05;
-        effect.contacts.push_back(contact);
-        effect.solver = &solver;
-        effect.solver_timing = timing;
+        output.contacts.push_back(contact);
+        output.solver = &solver;
+        output.solver_timing = timing;
         std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
         const int steps = solver.asked;
         EXPECT_NEAR(steps * solver.time, dt, 1e-12);
         if (timing != SolverTiming::substep) {
@@ -538,7 +538,7 @@ TEST_P(StepperContract, AsksTheSolverFromWhatItPredictsAndTakesItsImpulsesAndShi
             EXPECT_NEAR(s.frame.position(2, 0), 0.25 * dt + solver.asked * 1e-5, 1e-9);
         }
         EXPECT_NEAR(solver.depth, 1e-4 - (steps - 1) * (0.2 * solver.time + 1e-5), 1e-12);
-        const ContactLoad& load = stepper->loads()[0];
+        const ContactForce& load = stepper->loads()[0];
         EXPECT_LT((load.force - 1e-3 / dt * Vector3(0.1, 0.0, 0.55)).norm(), 1e-9);
         EXPECT_NEAR(load.normal, 0.55, 1e-9);
         const double gain = 0.5 * 1e-3 * (0.1 * 0.1 + 0.25 * 0.25 - 0.3 * 0.3);
@@ -546,30 +546,30 @@ TEST_P(StepperContract, AsksTheSolverFromWhatItPredictsAndTakesItsImpulsesAndShi
     }
 }
 
-TEST_P(StepperContract, SaysOfContactsPlacementsAndHeldForcesWhetherItTakesThem) {
+TEST_P(StepperContract, SaysOfContactsPositionCorrectionsAndHeldForcesWhetherItTakesThem) {
     // A free vertex at rest that each of the three would bring away from where it is.
     const StepperEntry& entry = registry().stepper(parse_method(GetParam()).name);
     const test::TissueSample still = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
-    const auto moves_it = [&](const Effect& effect) {
+    const auto moves_it = [&](const ResponseOutput& output) {
         test::TissueSample s = still;
         const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
         std::vector<Wrench> reaction(1);
-        EXPECT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok());
+        EXPECT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
         return s.frame.position != still.frame.position;
     };
-    Effect contact = test::empty_effect(still.topology);
+    ResponseOutput contact = test::empty_output(still.topology);
     contact.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 100.0, 0.0));
-    EXPECT_EQ(moves_it(contact), entry.takes_linear_contacts);
+    EXPECT_EQ(moves_it(contact), entry.takes_contact_force_laws);
     ToGivenSpeed solver;
     contact.contacts[0].role = ContactRole::solved;
     contact.contacts[0].k = 0.0;
     contact.solver = &solver;
     EXPECT_EQ(moves_it(contact), entry.takes_solved_contacts);
-    Effect placement = test::empty_effect(still.topology);
-    placement.placements.push_back({.vertex = 0, .position = Vector3(0.0, 0.001, 0.0)});
-    EXPECT_EQ(moves_it(placement), entry.takes_placements);
-    Effect push = test::empty_effect(still.topology);
+    ResponseOutput position_correction = test::empty_output(still.topology);
+    position_correction.position_corrections.push_back({.vertex = 0, .position = Vector3(0.0, 0.001, 0.0)});
+    EXPECT_EQ(moves_it(position_correction), entry.takes_position_corrections);
+    ResponseOutput push = test::empty_output(still.topology);
     push.held_force(0, 0) = 0.1;
     EXPECT_EQ(moves_it(push), entry.takes_held_forces);
 }

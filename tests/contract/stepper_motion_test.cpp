@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "contract/stepper_contestants.hpp"
+#include "contract/stepper_methods.hpp"
 #include "method/registry.hpp"
 #include "support/random_vectors.hpp"
 #include "support/tissue_samples.hpp"
@@ -18,32 +18,33 @@ namespace {
 using test::TissueSample;
 
 class StepperMotion : public ::testing::TestWithParam<std::string> {};
-INSTANTIATE_TEST_SUITE_P(Every, StepperMotion, ::testing::ValuesIn(test::stepper_contestants()),
+INSTANTIATE_TEST_SUITE_P(Every, StepperMotion, ::testing::ValuesIn(test::stepper_methods()),
                          [](const auto& one) { return test::test_name(one.param); });
 
 /// Runs without contacts; false when an outcome is not ok.
-bool run(Stepper& stepper, const Effect& effect, double dt, int ticks, Frame& frame) {
+bool run(Stepper& stepper, const ResponseOutput& output, double dt, int ticks, Frame& frame) {
     std::vector<Wrench> reaction(1);
     for (int tick = 0; tick < ticks; ++tick) {
-        if (!stepper.advance(effect, dt, frame, frame, reaction).ok()) return false;
+        if (!stepper.advance(output, dt, frame, frame, reaction).ok()) return false;
     }
     return true;
 }
 
 /// Ends with the frame that has nothing late in it.
-bool run(const std::string& name, const TissueSample& s, const Effect& effect, double dt, int ticks, Frame& frame) {
+bool run(const std::string& name, const TissueSample& s, const ResponseOutput& output, double dt, int ticks,
+         Frame& frame) {
     const auto stepper = test::stepper_of(name);
     stepper->prepare(s.topology, s.materials);
-    const bool ok = run(*stepper, effect, dt, ticks, frame);
+    const bool ok = run(*stepper, output, dt, ticks, frame);
     stepper->complete(frame);
     return ok;
 }
 
 /// Pushes every vertex by next to nothing: what nothing touches need not be followed at the full rate.
-Effect touch_of_all(const TissueSample& s) {
-    Effect effect = test::empty_effect(s.topology);
-    effect.held_force.setConstant(1e-30);
-    return effect;
+ResponseOutput touch_of_all(const TissueSample& s) {
+    ResponseOutput output = test::empty_output(s.topology);
+    output.held_force.setConstant(1e-30);
+    return output;
 }
 
 /// Points at random in a cube, all pairs nearer than 4 cm tied, thrown with random velocities; nothing holds it.
@@ -97,7 +98,7 @@ TEST_P(StepperMotion, MomentumStaysWhereNothingHolds) {
         const TissueSample s = make_cloud(damping);
         Frame frame = s.frame;
         const Vector3 before = momentum(s, frame);
-        ASSERT_TRUE(run(GetParam(), s, test::empty_effect(s.topology), 1e-3, 500, frame));
+        ASSERT_TRUE(run(GetParam(), s, test::empty_output(s.topology), 1e-3, 500, frame));
         EXPECT_LT((momentum(s, frame) - before).norm(), 1e-9 * before.norm()) << damping;
         EXPECT_GT((frame.position - s.frame.position).colwise().norm().minCoeff(), 0.1) << "it flies";
     }
@@ -111,7 +112,7 @@ TEST_P(StepperMotion, NoEnergyComesFromNowhereWithoutDamping) {
     const double before = energy(s, frame);
     double most = 0.0;
     for (int tick = 0; tick < 3000; ++tick) {
-        ASSERT_TRUE(run(*stepper, test::empty_effect(s.topology), 1e-3, 1, frame));
+        ASSERT_TRUE(run(*stepper, test::empty_output(s.topology), 1e-3, 1, frame));
         Frame complete = frame;
         stepper->complete(complete);
         most = std::max(most, energy(s, complete));
@@ -124,7 +125,7 @@ TEST_P(StepperMotion, RestLasts) {
     TissueSample s = test::make_disc(0.05, 0.01, 100.0, 0.2, 1e-4);
     s.materials.substeps = 4;
     Frame frame = s.frame;
-    ASSERT_TRUE(run(GetParam(), s, test::empty_effect(s.topology), 1e-3, 10000, frame));
+    ASSERT_TRUE(run(GetParam(), s, test::empty_output(s.topology), 1e-3, 10000, frame));
     EXPECT_LT(frame.velocity.cwiseAbs().maxCoeff(), 1e-9);
     EXPECT_LT((frame.position - s.frame.position).cwiseAbs().maxCoeff(), 1e-9);
 }
@@ -209,11 +210,11 @@ TEST_P(StepperMotion, ALoadedMembraneSinksAsItsEquationSays) {
     s.materials.substeps = 4;
     const auto stepper = test::stepper_of(GetParam());
     stepper->prepare(s.topology, s.materials);
-    Effect effect = test::empty_effect(s.topology);
+    ResponseOutput output = test::empty_output(s.topology);
     const double load = 1e-3;
-    effect.held_force(2, 0) = -load;
+    output.held_force(2, 0) = -load;
     Frame frame = s.frame;
-    ASSERT_TRUE(run(*stepper, effect, 1e-3, 1000, frame));
+    ASSERT_TRUE(run(*stepper, output, 1e-3, 1000, frame));
     const double tension = std::sqrt(3.0) * 0.2 * 100.0;
     int checked = 0;
     for (Index v = 0; v < s.topology.vertex_count; ++v) {
@@ -250,15 +251,15 @@ TEST_P(StepperMotion, WhatCannotGoOnHasANameAndLeavesTheFrameAlone) {
     const auto stepper = test::stepper_of(GetParam());
     stepper->prepare(s.topology, s.materials);
     std::vector<Wrench> reaction(1);
-    Effect effect = test::empty_effect(s.topology);
-    effect.held_force(2, 0) = 1e12;
-    EXPECT_EQ(test::refused_tick(*stepper, s, effect, s.frame), OutcomeKind::unstable);
-    effect.clear();
+    ResponseOutput output = test::empty_output(s.topology);
+    output.held_force(2, 0) = 1e12;
+    EXPECT_EQ(test::refused_tick(*stepper, s, output, s.frame), OutcomeKind::unstable);
+    output.clear();
     Frame broken = s.frame;
     broken.velocity(1, 0) = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(test::refused_tick(*stepper, s, effect, broken), OutcomeKind::not_finite);
+    EXPECT_EQ(test::refused_tick(*stepper, s, output, broken), OutcomeKind::not_finite);
     Frame to = s.frame;
-    EXPECT_TRUE(stepper->advance(effect, 1e-3, s.frame, to, reaction).ok()) << "it goes on with the next frame";
+    EXPECT_TRUE(stepper->advance(output, 1e-3, s.frame, to, reaction).ok()) << "it goes on with the next frame";
 }
 
 }  // namespace

@@ -30,8 +30,8 @@ void put(const TrianglePairCase& pair, std::size_t lane, TriangleBatch& batch) {
     difference(pair.first[0], pair.second[0], batch.w);
 }
 
-/// Holds every target against double precision at a reach that is `factor` times the distance; returns the share of
-/// pairs that the best filter left open.
+/// Holds every target against double precision at a query distance that is `factor` times the distance; returns the
+/// share of pairs that the best filter left open.
 double hold(const std::function<TrianglePairCase(Random&)>& family, double factor, std::uint64_t seed) {
     Random random(seed);
     int count = 0;
@@ -41,23 +41,23 @@ double hold(const std::function<TrianglePairCase(Random&)>& family, double facto
         if (triangles_intersect(pair.first, pair.second)) continue;
         const double distance = std::sqrt(triangle_distance(pair.first, pair.second).squared_distance);
         if (!(distance > 0.0)) continue;
-        const auto reach = static_cast<float>(factor * distance);
-        if (!(reach > 0.0F)) continue;
+        const auto query_distance = static_cast<float>(factor * distance);
+        if (!(query_distance > 0.0F)) continue;
         TriangleBatch batch{};
         const std::size_t lane = static_cast<std::size_t>(k) % TriangleBatch::most;
         put(pair, lane, batch);
         const std::uint64_t asked = std::uint64_t{1} << lane;
         ++count;
         for (const TriangleFilter& filter : triangle_filters()) {
-            const NearVerdicts verdicts = filter.decide_near(batch, asked, reach);
-            EXPECT_EQ((verdicts.near | verdicts.undecided) & ~asked, 0U) << "told of lanes that were not asked for";
+            const NearVerdicts verdicts = filter.decide_near(batch, asked, query_distance);
+            EXPECT_EQ((verdicts.near | verdicts.undecided) & ~asked, 0U) << "reported lanes that were not asked for";
             EXPECT_EQ(verdicts.near & verdicts.undecided, 0U);
             if (&filter == &triangle_filters().front()) open += verdicts.undecided != 0 ? 1 : 0;
             if (verdicts.undecided != 0) continue;
             const bool near = verdicts.near != 0;
-            EXPECT_TRUE(near ? distance <= reach : distance > reach)
-                << filter.target << ": distance " << distance << ", reach " << reach << ", said "
-                << (near ? "near" : "far");
+            EXPECT_TRUE(near ? distance <= query_distance : distance > query_distance)
+                << filter.target << ": distance " << distance << ", reach " << query_distance << ", said "
+                << (near ? "proximity" : "far");
         }
     }
     EXPECT_GT(count, 500);
@@ -105,7 +105,7 @@ TEST(NearFilter, IsRightAndDecidesNearlyAllOrdinaryPairs) {
     }
 }
 
-TEST(NearFilter, IsRightWhereDistanceAndReachDifferByRounding) {
+TEST(NearFilter, IsRightWhereDistanceAndQueryDistanceDifferByRounding) {
     for (const double factor : {1.0, 1.0 - 1e-5, 1.0 + 1e-5, 1.0 - 1e-6, 1.0 + 1e-6, 1.0 - 1e-7, 1.0 + 1e-7}) {
         for (const auto& family : {ordinary, layered, coplanar, needles, without_area}) hold(family, factor, 4);
     }

@@ -29,8 +29,8 @@ CellWindow window_on(const Lattice& lattice, int shift) {
     return window;
 }
 
-std::vector<double> points_around(double reach, std::size_t count, std::mt19937& random) {
-    std::uniform_real_distribution<double> anywhere(-reach, reach);
+std::vector<double> points_around(double query_distance, std::size_t count, std::mt19937& random) {
+    std::uniform_real_distribution<double> anywhere(-query_distance, query_distance);
     std::vector<double> points(3 * count);
     for (std::size_t i = 0; i < points.size(); ++i) {
         points[i] = anywhere(random);
@@ -127,7 +127,7 @@ TEST(OccupancyKernels, TrianglesAreChosenByTheirFirstCornersMarkAndTheirWidth) {
     }
 }
 
-TEST(OccupancyKernels, SidesTellWhetherATrianglesBoxOverlapsOneOfTheBoxes) {
+TEST(OccupancyKernels, SidesReportWhetherATrianglesBoxOverlapsOneOfTheBoxes) {
     // Second source: the smallest and largest coordinate of the three corners against each box.
     std::mt19937 random(9);
     std::uniform_real_distribution<double> anywhere(-0.5, 0.5);
@@ -206,7 +206,7 @@ struct TwoBodies {
         occupancy.collect_wide(corners.data(), {0, triangles}, wide);
         for (const Index t : wide) occupancy.add(range_of(t));
         occupancy.merge(group[0], spread);
-        occupancy.look_for_any(1);
+        occupancy.search_for_any(1);
         std::vector<Index> found;
         occupancy.encode(frame, {3 * triangles, 3 * triangles});
         occupancy.mark({3 * triangles, 3 * triangles});
@@ -215,7 +215,7 @@ struct TwoBodies {
         for (const Index t : found) {
             if (occupancy.share(range_of(t))) shared.push_back(t);
         }
-        occupancy.look_for_shared(spread);
+        occupancy.search_for_shared(spread);
         occupancy.mark({0, 3 * triangles});
         found.clear();
         occupancy.collect(corners.data(), {0, triangles}, found);
@@ -240,15 +240,16 @@ class OccupancyAround : public testing::TestWithParam<double> {};
 TEST_P(OccupancyAround, LosesNoTriangleWithASharedCell) {
     std::mt19937 random(4);
     std::uniform_real_distribution<double> unit(-1.0, 1.0);
-    for (const double reach : {4.0, 40.0, 700.0, 1e4}) {
+    for (const double query_distance : {4.0, 40.0, 700.0, 1e4}) {
         constexpr Index triangles = 600;
         TwoBodies bodies(triangles, GetParam());
         Matrix3X& position = bodies.frame.position;
         for (Index t = 0; t < 2 * triangles; ++t) {
             // Each body fills a part of space; they overlap in a third of it.
-            Vector3 middle = reach * (random_vector(unit, random) + (t < triangles ? 0.6 : -0.6) * Vector3::UnitX());
+            Vector3 middle =
+                query_distance * (random_vector(unit, random) + (t < triangles ? 0.6 : -0.6) * Vector3::UnitX());
             if (t >= triangles && t % 10 == 0) middle = position.col(3 * (t - triangles));  // a sure meeting
-            const double size = t % 50 == 0 ? 0.2 * reach : 0.6;
+            const double size = t % 50 == 0 ? 0.2 * query_distance : 0.6;
             for (int k = 0; k < 3; ++k) {
                 position.col(3 * t + k) = middle + size * random_vector(unit, random);
             }
@@ -260,8 +261,8 @@ TEST_P(OccupancyAround, LosesNoTriangleWithASharedCell) {
             for (Index b = triangles; b < 2 * triangles; ++b) {
                 if (!bodies.range_of(a).overlaps(bodies.range_of(b))) continue;
                 ++meetings;
-                EXPECT_TRUE(std::binary_search(shared.begin(), shared.end(), a)) << reach;
-                EXPECT_TRUE(std::binary_search(shared.begin(), shared.end(), b)) << reach;
+                EXPECT_TRUE(std::binary_search(shared.begin(), shared.end(), a)) << query_distance;
+                EXPECT_TRUE(std::binary_search(shared.begin(), shared.end(), b)) << query_distance;
                 const CellRange common{cell_max(bodies.range_of(a).low, bodies.range_of(b).low),
                                        cell_min(bodies.range_of(a).high, bodies.range_of(b).high)};
                 std::int64_t cells = 0;
@@ -271,7 +272,7 @@ TEST_P(OccupancyAround, LosesNoTriangleWithASharedCell) {
                 }
             }
         }
-        EXPECT_GT(meetings, 20) << reach;
+        EXPECT_GT(meetings, 20) << query_distance;
         EXPECT_LT(shared.size(), 2U * triangles) << "everything is kept, nothing was ruled out";
     }
 }

@@ -1,5 +1,5 @@
 // What ohc_clustered promises beyond the contract of every detector: the same answer in every vertex order and with
-// every instruction set, work only where something moved or is near, limits kept and told.
+// every instruction set, work only where something moved or is near, limits kept and reported.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -216,32 +216,32 @@ TEST(OhcClustered, WhatRestsCostsALookAndNoMore) {
         const auto detector = make_detector("ohc_clustered", {{"order", order}});
         detector->prepare(world.topology, world.frame);
         EXPECT_GT(tick(*detector, world.frame).work.triangle_tests, 0);
-        // Not told what moved: all vertices are looked at, and that is all.
+        // Not reported what moved: all vertices are examined, and that is all.
         const ContactSet compared = tick(*detector, world.frame);
         EXPECT_EQ(compared.pairs, expected);
         EXPECT_EQ(compared.work.vertices_read, world.topology.vertex_count);
         EXPECT_EQ(compared.work.work(), world.topology.vertex_count);
-        // Told that nothing moved: nothing at all.
+        // Reported that nothing moved: nothing at all.
         world.frame.moved = std::vector<Range>{};
         const ContactSet rested = tick(*detector, world.frame);
         EXPECT_EQ(rested.pairs, expected);
         EXPECT_EQ(rested.work.work(), 0);
-        // Told of a range that stayed after all: the blocks that hold it are looked at as a whole.
+        // Reported a range that stayed after all: the blocks that hold it are examined as a whole.
         const BodyRange& range = world.topology.bodies[1];
         world.frame.moved = std::vector<Range>{{range.vertices.first, 20}};
-        const ContactSet looked = tick(*detector, world.frame);
-        EXPECT_EQ(looked.pairs, expected);
+        const ContactSet searched = tick(*detector, world.frame);
+        EXPECT_EQ(searched.pairs, expected);
         const bool given = std::string(order) == "given";
         const ClusteredBody body =
             cluster_body(world.topology, world.frame, range, given ? ClusterOrder::given : ClusterOrder::local);
         const std::set<Index> blocks(body.block_of.begin(), body.block_of.begin() + 20);
         const auto in_blocks =
             std::count_if(body.block_of.begin(), body.block_of.end(), [&](Index b) { return blocks.count(b) > 0; });
-        EXPECT_EQ(looked.work.work(), in_blocks);
+        EXPECT_EQ(searched.work.work(), in_blocks);
     }
 }
 
-TEST(OhcClustered, BodiesThatTakeNoPartAreLookedAtWhereTheyMoved) {
+TEST(OhcClustered, BodiesThatTakeNoPartAreSearchedAtWhereTheyMoved) {
     World world = make_world("idle", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({0.0, 0.0, -0.004})},
                                       {BodyKind::rigid, shaft(0.02, 0.02, 12, 8).move({3.0, 0.0, 0.0})},
                                       {BodyKind::tissue, slab(0.1, 0.01, 30).shake(0.0003, 3)}});
@@ -255,9 +255,9 @@ TEST(OhcClustered, BodiesThatTakeNoPartAreLookedAtWhereTheyMoved) {
     world.frame.moved = std::vector<Range>{};
     EXPECT_EQ(tick(*detector, world.frame).work.work(), 0);
     world.frame.moved = std::vector<Range>{{idle.first + 3, 7}};
-    const ContactSet looked = tick(*detector, world.frame);
-    EXPECT_EQ(looked.pairs, expected);
-    EXPECT_EQ(looked.work.work(), 7);
+    const ContactSet searched = tick(*detector, world.frame);
+    EXPECT_EQ(searched.pairs, expected);
+    EXPECT_EQ(searched.work.work(), 7);
     world.frame.position(1, idle.first + 4) = std::numeric_limits<double>::quiet_NaN();
     EXPECT_EQ(tick(*detector, world.frame).outcome.kind, OutcomeKind::not_finite);
 }
@@ -305,7 +305,7 @@ TEST(OhcClustered, AnyMotionOfAnyPartIsAnswered) {
         std::size_t seen = 0;
         for (int step = 0; step < 60; ++step) {
             world.frame.moved.reset();
-            const bool tell = step % 3 != 0;
+            const bool report = step % 3 != 0;
             std::vector<Range> moved;
             const int ranges = static_cast<int>(random() % 4);
             for (int k = 0; k < ranges; ++k) {
@@ -327,8 +327,8 @@ TEST(OhcClustered, AnyMotionOfAnyPartIsAnswered) {
                     std::numeric_limits<double>::quiet_NaN();
                 EXPECT_EQ(tick(*detector, broken).outcome.kind, OutcomeKind::not_finite);
             }
-            if (tell) world.frame.moved = moved;
-            if (step % 7 == 3) detector->update(world.frame, 0.0);  // a second look at the same frame changes nothing
+            if (report) world.frame.moved = moved;
+            if (step % 7 == 3) detector->update(world.frame, 0.0);  // a second examine the same frame changes nothing
             const ContactSet contacts = tick(*detector, world.frame);
             const ContactSet expected = tick(*truth, world.frame);
             ASSERT_EQ(contacts.pairs, expected.pairs) << "seed " << seed << ", step " << step;
@@ -456,7 +456,7 @@ TEST(OhcClustered, VerticesFarAwayCostWhatTheirOwnTrianglesCost) {
     }
 }
 
-TEST(OhcClustered, WhatBeginsBetweenFramesIsToldInEveryTick) {
+TEST(OhcClustered, WhatBeginsBetweenFramesIsReportedInEveryTick) {
     for (const char* order : {"given", "local"}) {
         World world = make_world("run", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({0.0, 0.0, 0.004})},
                                          {BodyKind::tissue, slab(0.1, 0.01, 30).shake(0.0003, 8)},
@@ -498,7 +498,7 @@ TEST(OhcClustered, WhatBeginsBetweenFramesIsToldInEveryTick) {
     }
 }
 
-TEST(OhcClusteredLimits, WorkStaysWithinTheBudgetAndTheCutIsTold) {
+TEST(OhcClusteredLimits, WorkStaysWithinTheBudgetAndTheCutIsReported) {
     const World world = dipping(0);
     const ContactSet whole = answer(world);
     for (std::int64_t budget = 0; budget < 2 * whole.work.work(); budget += 211) {
@@ -511,7 +511,7 @@ TEST(OhcClusteredLimits, WorkStaysWithinTheBudgetAndTheCutIsTold) {
     EXPECT_FALSE(answer(world, {{"work_budget", std::to_string(4 * whole.work.work())}}).truncated);
 }
 
-TEST(OhcClusteredLimits, MaximumOfPairsIsKeptAndTold) {
+TEST(OhcClusteredLimits, MaximumOfPairsIsKeptAndReported) {
     const World world = dipping(0);
     const auto whole = answer(world).pairs;
     for (const std::size_t most : {std::size_t{0}, std::size_t{3}, whole.size() - 1}) {

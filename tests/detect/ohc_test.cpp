@@ -1,5 +1,5 @@
 // What ohc promises beyond the contract of every detector (METHODS §14, I1–I8): no setting changes the answer, limits
-// are kept and told, and a tick allocates nothing.
+// are kept and reported, and a tick allocates nothing.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -88,7 +88,7 @@ TEST(Ohc, NoSettingChangesTheAnswer) {
 
 /// The bits of the first level stand for many cells each here: a triangle with far too many cells for the lattice lies
 /// in one bit, in every body.
-TEST(Ohc, AReachOfManyCellsIsNotPutIntoCells) {
+TEST(Ohc, AQueryDistanceOfManyCellsIsNotPutIntoCells) {
     World world = make_world("shaft, slab and a soup",
                              {{BodyKind::instrument, shaft(0.004, 0.1, 10, 20).move({0.001, 0.0003, -0.012})},
                               {BodyKind::tissue, slab(0.1, 0.01, 12).shake(0.0003, 3)},
@@ -98,17 +98,17 @@ TEST(Ohc, AReachOfManyCellsIsNotPutIntoCells) {
     truth->prepare(world.topology, world.frame);
     detector->prepare(world.topology, world.frame);
     // Three ticks of a tool that flies by, and one at rest: with 8 m around it a triangle covers 10^8 cells.
-    for (const double reach : {0.001, 8.0, 0.3, 0.001}) {
+    for (const double query_distance : {0.001, 8.0, 0.3, 0.001}) {
         ++world.frame.tick;
         ContactSet found;
         ContactSet expected;
         for (const auto& [method, contacts] : {std::pair{detector.get(), &found}, {truth.get(), &expected}}) {
-            method->update(world.frame, reach);
+            method->update(world.frame, query_distance);
             method->detect(world.frame, *contacts);
         }
-        EXPECT_EQ(found.pairs, expected.pairs) << reach;
-        EXPECT_EQ(found.near, expected.near) << reach;
-        EXPECT_LT(found.work.cells_visited, 2'000'000) << reach;
+        EXPECT_EQ(found.pairs, expected.pairs) << query_distance;
+        EXPECT_EQ(found.near, expected.near) << query_distance;
+        EXPECT_LT(found.work.cells_visited, 2'000'000) << query_distance;
     }
 }
 
@@ -155,7 +155,7 @@ struct BoxedBodies {
     std::vector<Extent> bodies;
     std::vector<Primitive> triangles;
 
-    BoxedBodies(std::size_t count, double reach, unsigned seed) {
+    BoxedBodies(std::size_t count, double query_distance, unsigned seed) {
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> part(0.0, 1.0);
         const auto inside = [&](double low, double high, double size, std::size_t k, Primitive& p) {
@@ -166,7 +166,7 @@ struct BoxedBodies {
             Extent box;
             for (std::size_t k = 0; k < 3; ++k) {
                 box.low[k] = (k == 0 ? 1.0 : 0.3) * part(random);
-                box.high[k] = box.low[k] + reach * part(random);
+                box.high[k] = box.low[k] + query_distance * part(random);
             }
             bodies.push_back(box);
             for (int t = 0; t < 40; ++t) {
@@ -184,8 +184,8 @@ TEST(MeetingBoxes, KeepEveryTriangleThatReachesIntoAnotherBodysBoxAndWithFewNeig
     const auto may_hit = [](Index a, Index b) { return (a + b) % 3 != 0; };
     std::size_t crowded = 0;
     std::size_t ruled_out = 0;
-    for (const double reach : {0.05, 0.15, 0.6}) {
-        const BoxedBodies scene(24, reach, 71);
+    for (const double query_distance : {0.05, 0.15, 0.6}) {
+        const BoxedBodies scene(24, query_distance, 71);
         std::vector<Index> taking_part;
         for (Index body = 0; body < 24; ++body) {
             if (body != 5) taking_part.push_back(body);
@@ -233,14 +233,14 @@ TEST(TriangleCells, BoxesHoldTheCornersTheirWayAndWhatIsAroundThemAndNothingElse
     cells.prepare(world.topology, 0.001);
     cells.grow(1, 0.0005);
     cells.lattice().set(0.01, Vector3(-0.2, -0.2, -0.2));
-    for (const bool way : {false, true}) {
-        cells.set_way(way);
+    for (const bool path : {false, true}) {
+        cells.set_path(path);
         for (Index t = 0; t < world.topology.triangle_count(); ++t) {
             const Index body = world.topology.body_of_triangle[static_cast<std::size_t>(t)];
             Box box;
             for (const Index v : world.topology.triangles.col(t)) {
                 box.add(world.frame.position.col(v));
-                if (way) box.add(world.frame.previous.col(v));
+                if (path) box.add(world.frame.previous.col(v));
             }
             const double around = body == 0 ? 0.001 : 0.0015;
             const Primitive p = cells.primitive(world.frame, t);
@@ -248,8 +248,8 @@ TEST(TriangleCells, BoxesHoldTheCornersTheirWayAndWhatIsAroundThemAndNothingElse
             EXPECT_EQ(p.body, body);
             for (int axis = 0; axis < 3; ++axis) {
                 const auto k = static_cast<std::size_t>(axis);
-                EXPECT_NEAR(p.low[k], box.min[axis] - around, 1e-15) << t << ", way " << way;
-                EXPECT_NEAR(p.high[k], box.max[axis] + around, 1e-15) << t << ", way " << way;
+                EXPECT_NEAR(p.low[k], box.min[axis] - around, 1e-15) << t << ", way " << path;
+                EXPECT_NEAR(p.high[k], box.max[axis] + around, 1e-15) << t << ", way " << path;
                 EXPECT_EQ(p.range.low[axis], cells.lattice().number(p.low[k], axis));
                 EXPECT_EQ(p.range.high[axis], cells.lattice().number(p.high[k], axis));
             }
@@ -312,7 +312,7 @@ TEST(Ohc, CellsOfBoxesEqualSingleNumbers) {
     }
 }
 
-TEST(Ohc, ARangeThatReachesTheLastCellIsToldOnEveryAxisAndAtBothEnds) {
+TEST(Ohc, ARangeThatReachesTheLastCellIsReportedOnEveryAxisAndAtBothEnds) {
     Lattice lattice;
     lattice.set(1.0, Vector3::Zero());  // m: a whole number's cell has that number, up to 2^30 - 1 on both sides
     constexpr double last = 1073741823.0;
@@ -437,7 +437,7 @@ World dipping(int tick) {
                               {BodyKind::tissue, slab(0.1, 0.01, 20).shake(0.0003, 3)}});
 }
 
-TEST(OhcLimits, WorkStaysWithinTheBudgetAndTheCutIsTold) {
+TEST(OhcLimits, WorkStaysWithinTheBudgetAndTheCutIsReported) {
     const World world = dipping(0);
     const ContactSet whole = answer(world);
     ASSERT_GT(whole.pairs.size(), 20U);
@@ -542,7 +542,7 @@ TEST(OhcLimits, InstrumentsComeBeforeTheCrowd) {
               std::min(static_cast<std::ptrdiff_t>(added.size()), static_cast<std::ptrdiff_t>(new_of_instrument)));
 }
 
-TEST(OhcLimits, MaximumOfPairsIsKeptAndTold) {
+TEST(OhcLimits, MaximumOfPairsIsKeptAndReported) {
     const World world = dipping(0);
     const Pairs whole = answer(world).pairs;
     for (const std::size_t most : {std::size_t{0}, std::size_t{1}, std::size_t{7}, whole.size() - 1}) {

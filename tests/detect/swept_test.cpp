@@ -1,4 +1,4 @@
-// Contacts that begin between two frames: what the option `swept` of our detectors tells, against all pairs of the
+// Contacts that begin between two frames: what the option `swept` of our detectors reports, against all pairs of the
 // scene one by one and the integer oracle, and against times known in closed form.
 #include "detect/swept.hpp"
 
@@ -76,11 +76,11 @@ World& arriving(World& world, std::size_t body, const Vector3& by, double angle 
 
 /// A ball that goes through a sheet at an angle, `length` within the tick.
 World passing(double length, int ball, int tissue) {
-    const Vector3 way = length * Vector3(1.0, 0.7, 0.9).normalized();
-    World world =
-        make_world("pass", {{BodyKind::instrument, sphere(0.01, ball).move({0.5 * way[0], 0.5 * way[1], 0.5 * way[2]})},
-                            {BodyKind::tissue, sheet(0.08, tissue).shake(0.0004, 1)}});
-    arriving(world, 0, way);
+    const Vector3 path = length * Vector3(1.0, 0.7, 0.9).normalized();
+    World world = make_world(
+        "pass", {{BodyKind::instrument, sphere(0.01, ball).move({0.5 * path[0], 0.5 * path[1], 0.5 * path[2]})},
+                 {BodyKind::tissue, sheet(0.08, tissue).shake(0.0004, 1)}});
+    arriving(world, 0, path);
     return world;
 }
 
@@ -109,7 +109,7 @@ std::vector<World> fast_scenes() {
 
 class Swept : public testing::TestWithParam<std::string> {};
 
-TEST_P(Swept, TellsEveryPairThatBeginsAndNoOther) {
+TEST_P(Swept, ReportsEveryPairThatBeginsAndNoOther) {
     for (const World& world : fast_scenes()) {
         const std::vector<SweptContact> expected = expected_beginnings(world);
         ASSERT_GT(expected.size(), 20U) << world.name;
@@ -142,7 +142,7 @@ TEST_P(Swept, IsOffByDefaultAndSilentWhenNothingMoves) {
     EXPECT_TRUE(resting.swept.empty());
 }
 
-TEST_P(Swept, WithoutAFiniteFrameBeforeOnlyPairsAreTold) {
+TEST_P(Swept, WithoutAFiniteFrameBeforeOnlyPairsAreReported) {
     World world = fast_scenes().front();
     const std::vector<TrianglePair> pairs = answer(world, GetParam()).pairs;
     world.frame.previous(2, 5) = std::numeric_limits<double>::quiet_NaN();
@@ -197,7 +197,7 @@ TEST_P(Swept, AJumpOfAKilometreIsNoMoreWorkThanAPass) {
     EXPECT_LT(jump.triangle_tests, every_pair / 20);
 }
 
-TEST_P(Swept, LimitsAreKeptAndTold) {
+TEST_P(Swept, LimitsAreKeptAndReported) {
     const World world = fast_scenes().front();
     const ContactSet whole = answer(world, GetParam());
     for (const std::size_t most : {std::size_t{0}, std::size_t{3}, whole.swept.size() - 1}) {
@@ -218,7 +218,7 @@ TEST_P(Swept, LimitsAreKeptAndTold) {
 
 TEST(OhcSwept, APairIsAsMuchWorkWithoutLimitsAsUnderOneThatCutsNothing) {
     // Two ways through the code, of which the limited one spends a unit before each step: budgets are chosen by the
-    // work that runs without limits tell.
+    // work that runs without limits report.
     World world = make_world(
         "pair", {{BodyKind::instrument, triangle({0.001, 0.002, -0.002}, {0.003, 0.002, 0.01}, {0.001, 0.004, 0.01})},
                  {BodyKind::tissue, triangle({-0.01, -0.01, 0.0}, {0.02, -0.01, 0.0}, {-0.01, 0.02, 0.0})}});

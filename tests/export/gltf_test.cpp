@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "export/told_run.hpp"
+#include "export/reported_run.hpp"
 #include "support/program.hpp"
 
 namespace trocar {
@@ -56,7 +56,7 @@ Glb exported(const std::filesystem::path& folder) { return Glb(test::read_file(f
 // glTF 2.0: 3.6 (binary data), 3.7.2 (meshes, morph targets), 3.11 (animations), 4 (GLB).
 TEST(Gltf, AccessorsViewsMeshesAndAnimationsAgreeWithTheSpecification) {
     const test::TemporaryFolder folder;
-    const test::ToldRun run(ExportFormat::gltf, folder.path(), 1);
+    const test::ReportedRun run(ExportFormat::gltf, folder.path(), 1);
     const Glb file = exported(folder.path());
     const json& document = file.document;
     EXPECT_EQ(document["asset"]["version"], "2.0");
@@ -104,9 +104,9 @@ TEST(Gltf, AccessorsViewsMeshesAndAnimationsAgreeWithTheSpecification) {
             EXPECT_LE(primitive["targets"].size(), 64U);
             EXPECT_EQ(primitive["targets"].size(), mesh["weights"].size());
             for (const json& target : primitive["targets"]) {
-                const json& way = document["accessors"].at(target["POSITION"].get<std::size_t>());
-                EXPECT_EQ(way["count"], points["count"]);
-                EXPECT_TRUE(way.contains("min"));
+                const json& travel = document["accessors"].at(target["POSITION"].get<std::size_t>());
+                EXPECT_EQ(travel["count"], points["count"]);
+                EXPECT_TRUE(travel.contains("min"));
             }
         }
     }
@@ -135,7 +135,7 @@ TEST(Gltf, AccessorsViewsMeshesAndAnimationsAgreeWithTheSpecification) {
 
 TEST(Gltf, EveryFrameIsWhereTheSimulationHasIt) {
     const test::TemporaryFolder folder;
-    const test::ToldRun run(ExportFormat::gltf, folder.path(), 13);
+    const test::ReportedRun run(ExportFormat::gltf, folder.path(), 13);
     const Glb file = exported(folder.path());
     const json& document = file.document;
     const json& root = document["nodes"].at(document["scenes"][0]["nodes"][0].get<std::size_t>());
@@ -166,8 +166,9 @@ TEST(Gltf, EveryFrameIsWhereTheSimulationHasIt) {
                 if (path != "weights") continue;
                 const std::size_t targets = primitive["targets"].size();
                 for (std::size_t t = 0; t < targets; ++t) {
-                    const std::vector<float> way = file.floats(primitive["targets"][t]["POSITION"]);
-                    for (std::size_t i = 0; i < points.size(); ++i) points[i] += output[frame * targets + t] * way[i];
+                    const std::vector<float> travel = file.floats(primitive["targets"][t]["POSITION"]);
+                    for (std::size_t i = 0; i < points.size(); ++i)
+                        points[i] += output[frame * targets + t] * travel[i];
                 }
             }
             const std::string name = node["name"];
@@ -234,7 +235,7 @@ TEST(Gltf, WhatOnlyMovesIsANodeAndWhatBendsIsAMeshWhereverTheyLie) {
 
 TEST(Gltf, OneFrameIsAPictureThatStandsStill) {
     const test::TemporaryFolder folder;
-    const test::ToldRun run(ExportFormat::gltf, folder.path(), 1000);
+    const test::ReportedRun run(ExportFormat::gltf, folder.path(), 1000);
     const Glb file = exported(folder.path());
     EXPECT_FALSE(file.document.contains("animations"));
     EXPECT_EQ(file.document["meshes"].size(), 2U);

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "export/told_run.hpp"
+#include "export/reported_run.hpp"
 #include "export/vtk_xml.hpp"
 #include "support/program.hpp"
 
@@ -58,7 +58,7 @@ std::set<std::string> files_in(const std::filesystem::path& folder) {
 
 TEST(Paraview, CollectionNamesEveryFileOfEveryTickWithItsTime) {
     const test::TemporaryFolder folder;
-    const test::ToldRun run(ExportFormat::paraview, folder.path(), 13);
+    const test::ReportedRun run(ExportFormat::paraview, folder.path(), 13);
     const XmlElement root = test::XmlText::read(test::read_file(folder.path() / "turning_poke.pvd"));
     EXPECT_EQ(root.attributes.at("type"), "Collection");
     std::set<std::string> named{"turning_poke.pvd"};
@@ -73,7 +73,7 @@ TEST(Paraview, CollectionNamesEveryFileOfEveryTickWithItsTime) {
 
 TEST(Paraview, FilesAreWellFormedAndCountsAndRangesAgree) {
     const test::TemporaryFolder folder;
-    const test::ToldRun run(ExportFormat::paraview, folder.path(), 13);
+    const test::ReportedRun run(ExportFormat::paraview, folder.path(), 13);
     std::size_t contacts = 0;
     for (const std::string& file : files_in(folder.path())) {
         if (!file.ends_with(".vtp")) continue;
@@ -84,37 +84,38 @@ TEST(Paraview, FilesAreWellFormedAndCountsAndRangesAgree) {
     EXPECT_GT(contacts, 0U) << "the run must touch";
 }
 
-TEST(Paraview, NumbersAreThoseThatTheSimulationTells) {
+TEST(Paraview, NumbersAreThoseThatTheSimulationReports) {
     const test::TemporaryFolder folder;
-    const test::ToldRun run(ExportFormat::paraview, folder.path(), 13);
+    const test::ReportedRun run(ExportFormat::paraview, folder.path(), 13);
     std::size_t forces = 0;
     for (const std::int64_t tick : {0, 13, 26, 39}) {
-        const test::ToldTick& told = run.ticks.at(tick);
+        const test::ReportedTick& reported = run.ticks.at(tick);
         const auto file = [&](const char* what) {
             return folder.path() / fmt::format("turning_poke_{}_{:06}.vtp", what, tick);
         };
         const XmlElement bodies = read_piece(file("bodies"));
         const auto points = values_of<double>(bodies.child("Points").named("Points"));
-        EXPECT_EQ(points, std::vector<double>(told.position.data(), told.position.data() + told.position.size()));
-        const auto way = values_of<double>(bodies.child("PointData").named("displacement"));
-        const Matrix3X moved = told.position - run.scene.first.position;
-        EXPECT_EQ(way, std::vector<double>(moved.data(), moved.data() + moved.size()));
+        EXPECT_EQ(points,
+                  std::vector<double>(reported.position.data(), reported.position.data() + reported.position.size()));
+        const auto path = values_of<double>(bodies.child("PointData").named("displacement"));
+        const Matrix3X moved = reported.position - run.scene.first.position;
+        EXPECT_EQ(path, std::vector<double>(moved.data(), moved.data() + moved.size()));
         const XmlElement contacts = read_piece(file("contacts"));
         const auto force = values_of<double>(contacts.child("PointData").named("force"));
-        const auto is_told = values_of<std::int32_t>(contacts.child("PointData").named("force_told"));
+        const auto is_reported = values_of<std::int32_t>(contacts.child("PointData").named("force_reported"));
         std::vector<Vector3> written;
-        for (std::size_t i = 0; i < is_told.size(); ++i) {
+        for (std::size_t i = 0; i < is_reported.size(); ++i) {
             const Vector3 one(force[3 * i], force[3 * i + 1], force[3 * i + 2]);
             if (one.norm() > 0.0) {
-                EXPECT_EQ(is_told[i], 1);
+                EXPECT_EQ(is_reported[i], 1);
                 written.push_back(one);
             }
         }
-        EXPECT_EQ(written, told.load_force);
+        EXPECT_EQ(written, reported.load_force);
         forces += written.size();
         const XmlElement root = test::XmlText::read(test::read_file(file("bodies")));
         const auto tool = values_of<double>(root.child("PolyData").child("FieldData").named("tool_force"));
-        EXPECT_EQ(Vector3(tool[0], tool[1], tool[2]), told.tool.force);
+        EXPECT_EQ(Vector3(tool[0], tool[1], tool[2]), reported.tool.force);
     }
     EXPECT_GT(forces, 0U);
 }
@@ -125,7 +126,7 @@ TEST(Paraview, VtksOwnReaderReadsTheSameNumbers) {
         GTEST_SKIP() << "python3-vtk9 is not installed (./test.sh full installs it)";
     }
     const test::TemporaryFolder folder;
-    const test::ToldRun run(ExportFormat::paraview, folder.path(), 13);
+    const test::ReportedRun run(ExportFormat::paraview, folder.path(), 13);
     std::string command = python + " " + TROCAR_SOURCE_DIR + "/tests/export/read_with_vtk.py";
     std::size_t asked = 0;
     for (const std::string& file : files_in(folder.path())) {
@@ -138,11 +139,11 @@ TEST(Paraview, VtksOwnReaderReadsTheSameNumbers) {
     const nlohmann::json read = nlohmann::json::parse(test::read_file(answer.path() / "out"));
     ASSERT_EQ(read.size(), asked);
     for (const std::int64_t tick : {0, 13, 26, 39}) {
-        const test::ToldTick& told = run.ticks.at(tick);
+        const test::ReportedTick& reported = run.ticks.at(tick);
         const nlohmann::json& bodies =
             read.at((folder.path() / fmt::format("turning_poke_bodies_{:06}.vtp", tick)).string());
         EXPECT_EQ(bodies["points"].get<std::vector<double>>(),
-                  std::vector<double>(told.position.data(), told.position.data() + told.position.size()));
+                  std::vector<double>(reported.position.data(), reported.position.data() + reported.position.size()));
         const Triangles& triangles = run.scene.topology.triangles;
         ASSERT_EQ(bodies["polys"].size(), static_cast<std::size_t>(4 * triangles.cols()));
         for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
@@ -158,9 +159,9 @@ TEST(Paraview, VtksOwnReaderReadsTheSameNumbers) {
         Vector3 sum = Vector3::Zero();
         const auto force = contacts["arrays"]["force"].get<std::vector<double>>();
         for (std::size_t i = 0; i < force.size(); ++i) sum[static_cast<Eigen::Index>(i % 3)] += force[i];
-        Vector3 told_sum = Vector3::Zero();
-        for (const Vector3& one : told.load_force) told_sum += one;
-        EXPECT_LT((sum - told_sum).norm(), 1e-12);
+        Vector3 reported_sum = Vector3::Zero();
+        for (const Vector3& one : reported.load_force) reported_sum += one;
+        EXPECT_LT((sum - reported_sum).norm(), 1e-12);
         EXPECT_EQ(contacts["verts"], contacts["points"].size() / 3);
     }
 }

@@ -3,7 +3,7 @@
 #include <csignal>
 #include <nlohmann/json.hpp>
 
-#include "export/told_run.hpp"
+#include "export/reported_run.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
 #include "support/program.hpp"
@@ -13,7 +13,7 @@ namespace {
 
 TEST(PosedMeshes, AreTheBodiesOfTheTickToTheBit) {
     const test::TemporaryFolder folder;
-    const test::ToldRun run(ExportFormat::obj, folder.path(), 20);
+    const test::ReportedRun run(ExportFormat::obj, folder.path(), 20);
     for (const std::int64_t tick : {0, 20}) {
         for (const BodyRange& body : run.scene.topology.bodies) {
             const Mesh mesh = read_mesh(folder.path() / fmt::format("{}_{:06}.obj", body.name, tick));

@@ -1,6 +1,6 @@
 // What the fuzz targets share. A target is one function over bytes: it reads them as the program would, and the one way
 // it may end otherwise than well is a refusal, InputError with one clean line. Everything else that it throws, and
-// everything that a sanitizer tells, is a find.
+// everything that a sanitizer reports, is a find.
 #pragma once
 
 #include <filesystem>
@@ -72,7 +72,7 @@ bool taken(const Read& read) {
 /// Calls a command of the program, gives its exit status, and expects that what it prints is one JSON document.
 int status_with_json(const std::function<int()>& command);
 
-/// Reads a mesh and looks at what was read as `trocar mesh` does.
+/// Reads a mesh and examines what was read as `trocar mesh` does.
 void read_and_report(Mesh (*read)(const mesh_text::Source&), std::string_view input);
 
 /// True when the scene asks for shapes of some ten thousand triangles or more, or for many sub-steps: valid, and no use

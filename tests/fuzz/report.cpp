@@ -20,10 +20,10 @@ void trocar::fuzz::report(std::string_view input) {
         }
     }
     if (records.empty()) return;
-    // Most of a report compares: whoever is alone gets a rival.
-    Record rival = records.front();
-    rival.spec.response = "another";
-    records.push_back(std::move(rival));
+    // Most of a report compares: whoever is alone gets a baseline.
+    Record baseline = records.front();
+    baseline.spec.response = "another";
+    records.push_back(std::move(baseline));
 
     Report made;
     if (!taken([&] { made = make_report(records, worst_tick); })) return;

@@ -370,7 +370,7 @@ TEST(FirstContact, SurfacesThatLandOnEachOtherAgreeWithTheIntegerWay) {
     struct Landing {
         double edge;
         Vector3 corner;
-        Vector3 way;
+        Vector3 path;
         double angle = 0.0;
     };
     // Corners on corners, edges along edges, walls in one plane: at the middle of the tick, at its very end, a rounding
@@ -395,7 +395,7 @@ TEST(FirstContact, SurfacesThatLandOnEachOtherAgreeWithTheIntegerWay) {
                     MovingTriangle first;
                     MovingTriangle second;
                     for (std::size_t i = 0; i < 3; ++i) {
-                        first[i] = moving(unit * moved[i], unit * (turn * moved[i] + landing.way));
+                        first[i] = moving(unit * moved[i], unit * (turn * moved[i] + landing.path));
                         second[i] = still(unit * at_rest[i]);
                     }
                     const std::optional<FirstMeeting> expected = oracle_meeting(first, second);
@@ -415,7 +415,7 @@ TEST(FirstContact, SurfacesThatLandOnEachOtherAgreeWithTheIntegerWay) {
     EXPECT_LT(vertices, hits);
 }
 
-TEST(FirstContact, KindTellsVertexFromEdge) {
+TEST(FirstContact, KindReportsVertexFromEdge) {
     const auto dropped = [](const std::array<Vector3, 3>& corners) {
         MovingTriangle t;
         for (std::size_t i = 0; i < 3; ++i) t[i] = moving(corners[i], corners[i] - Vector3(0, 0, 2));

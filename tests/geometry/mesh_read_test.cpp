@@ -152,7 +152,7 @@ TEST_F(MeshRead, TheSizeDecidesBetweenBinaryAndTextNotTheWordSolid) {
     EXPECT_EQ(read("a.stl", binary_stl({})).triangles.cols(), 0);
 }
 
-TEST_F(MeshRead, BinaryStlTellsBytesPromisedAndBytesThere) {
+TEST_F(MeshRead, BinaryStlReportsBytesPromisedAndBytesThere) {
     const std::string good = binary_stl(two_facets);
     expect_refused("a.stl", good.substr(0, 150),
                    "byte 80: expected 184 bytes for the 2 facets that the header promises, got 150 bytes");
@@ -435,7 +435,7 @@ TEST_F(MeshRead, VrmlCountsShapesOnAndFollowsDefAndUse) {
     EXPECT_EQ(mesh.vertices(2, 6), 7.0);
     EXPECT_EQ(mesh.ignored,
               (std::vector<std::string>{"line 3: prototype Thing", "line 4: prototype Other", "line 16: Sphere"}));
-    // A misspelt field leaves its surface out, which is told.
+    // A misspelt field leaves its surface out, which is reported.
     const Mesh misspelt =
         read("b.wrl", vrml + "Shape { geometri " + triangle_set + " }\nTransform { child [ Shape { geometry " +
                           triangle_set + " } ] }\nShape { geometry " + triangle_set + " }\n");

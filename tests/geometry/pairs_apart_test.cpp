@@ -120,7 +120,7 @@ TEST(PairsApart, AreAllThatMeetWithoutACommonVertexOrPlane) {
     heaps.push_back(lattice_heap(random, 1, 9));
     heaps.push_back(heap_of({}, {}));
     std::int64_t meeting = 0;
-    std::int64_t told = 0;
+    std::int64_t reported = 0;
     for (const TriangleHeap& heap : heaps) {
         std::set<std::pair<Index, Index>> pairs;
         PairsApart(heap.vertices, heap.triangles).for_each([&](Index s, Index t) {
@@ -128,7 +128,7 @@ TEST(PairsApart, AreAllThatMeetWithoutACommonVertexOrPlane) {
             EXPECT_FALSE(share_a_vertex(heap, s, t));
             return true;
         });
-        told += static_cast<std::int64_t>(pairs.size());
+        reported += static_cast<std::int64_t>(pairs.size());
         for (Index s = 0; s < heap.count(); ++s) {
             for (Index t = s + 1; t < heap.count(); ++t) {
                 if (share_a_vertex(heap, s, t) || !oracle_intersect(heap.corners(s), heap.corners(t))) continue;
@@ -139,34 +139,34 @@ TEST(PairsApart, AreAllThatMeetWithoutACommonVertexOrPlane) {
         }
     }
     EXPECT_GT(meeting, 5000);
-    EXPECT_LT(told, 5 * meeting);
+    EXPECT_LT(reported, 5 * meeting);
 }
 
-/// Pairs of nodes looked at, and pairs of triangles told.
+/// Pairs of nodes examined, and pairs of triangles reported.
 std::array<std::int64_t, 2> work_of(const TriangleHeap& heap) {
-    std::int64_t told = 0;
-    const std::int64_t looked_at = PairsApart(heap.vertices, heap.triangles).for_each([&](Index, Index) {
-        ++told;
+    std::int64_t reported = 0;
+    const std::int64_t examined = PairsApart(heap.vertices, heap.triangles).for_each([&](Index, Index) {
+        ++reported;
         return true;
     });
-    return {looked_at, told};
+    return {examined, reported};
 }
 
 TEST(PairsApart, OfAConeGrowLittleFasterThanItsSides) {
-    const auto [small, small_told] = work_of(cone(500));
-    const auto [large, large_told] = work_of(cone(8000));
+    const auto [small, small_reported] = work_of(cone(500));
+    const auto [large, large_reported] = work_of(cone(8000));
     EXPECT_LT(large, 32 * small);
     EXPECT_LT(large, 16000 * 100);
-    EXPECT_LT(large_told, 16000 * 20);
+    EXPECT_LT(large_reported, 16000 * 20);
 }
 
 TEST(PairsApart, OfAFlatFaceAreNone) {
-    const auto [looked_at, told] = work_of(flat_fan(20000));
-    EXPECT_EQ(looked_at, 1);
-    EXPECT_EQ(told, 0);
+    const auto [examined, reported] = work_of(flat_fan(20000));
+    EXPECT_EQ(examined, 1);
+    EXPECT_EQ(reported, 0);
 }
 
-TEST(PairsApart, OfALineAreNoneAndItsHalvesAreLookedAtOnceWhateverTheirOrder) {
+TEST(PairsApart, OfALineAreNoneAndItsHalvesAreSearchedAtOnceWhateverTheirOrder) {
     // 2 n - 1 nodes against themselves, and the two halves of n - 1 of them, which lie apart, against each other.
     constexpr Index count = 1000;
     std::vector<Vector3> points;
@@ -179,13 +179,13 @@ TEST(PairsApart, OfALineAreNoneAndItsHalvesAreLookedAtOnceWhateverTheirOrder) {
     std::mt19937_64 random(12);
     for (int order = 0; order < 3; ++order) {
         const TriangleHeap heap = heap_of(points, faces);
-        std::int64_t told = 0;
-        const auto tell = [&told](Index, Index) {
-            ++told;
+        std::int64_t reported = 0;
+        const auto report = [&reported](Index, Index) {
+            ++reported;
             return true;
         };
-        EXPECT_EQ(PairsApart(heap.vertices, heap.triangles).for_each(tell, true), 3 * count - 2) << order;
-        EXPECT_EQ(told, 0) << order;
+        EXPECT_EQ(PairsApart(heap.vertices, heap.triangles).for_each(report, true), 3 * count - 2) << order;
+        EXPECT_EQ(reported, 0) << order;
         std::shuffle(faces.begin(), faces.end(), random);
     }
 }
@@ -195,7 +195,7 @@ TEST(PairsApart, OfNeedlesSideBySideAreThoseWhoseOwnBoxesOverlap) {
     // to the axes the boxes that all triangles have overlap in any case.
     struct Move {
         Vector3 by;
-        int told;
+        int reported;
     };
     const std::vector<Move> moves{{{0.5, 0.125, 0.0}, 1}, {{0.5, -0.125, 0.0}, 1}, {{-7.5, 0.0, 0.0}, 1},
                                   {{0.5, 0.375, 0.0}, 0}, {{0.5, -0.375, 0.0}, 0}, {{0.5, 0.125, 0.0625}, 0},
@@ -211,15 +211,15 @@ TEST(PairsApart, OfNeedlesSideBySideAreThoseWhoseOwnBoxesOverlap) {
             for (std::size_t k = 0; k < 3; ++k) points.push_back(Vector3(points[k] + move.by));
             for (Vector3& point : points) point = Vector3(axes * point);
             const TriangleHeap heap = heap_of(points, {{0, 1, 2}, {3, 4, 5}});
-            int told = 0;
+            int reported = 0;
             PairsApart(heap.vertices, heap.triangles)
                 .for_each(
-                    [&told](Index, Index) {
-                        ++told;
+                    [&reported](Index, Index) {
+                        ++reported;
                         return true;
                     },
                     true);
-            EXPECT_EQ(told, move.told) << round << ": " << move.by.transpose();
+            EXPECT_EQ(reported, move.reported) << round << ": " << move.by.transpose();
         }
     }
 }

@@ -22,7 +22,7 @@ TEST(SurfaceTree, AnswersAreThoseOfAllTriangles) {
     std::uniform_real_distribution<double> uniform(-0.08, 0.08);
     int found = 0;
     for (const Shape& shape : {soup(300, 0.02, 0.1, 3), sphere(0.05, 16), slab(0.1, 0.02, 9), sheet(0.1, 1)}) {
-        // Behind another body, whose triangles must not be told.
+        // Behind another body, whose triangles must not be reported.
         const World world = make_world("tree", {{BodyKind::instrument, sphere(0.04, 6)}, {BodyKind::tissue, shape}});
         const Range triangles = world.topology.bodies[1].triangles;
         std::vector<Index> chosen(static_cast<std::size_t>(triangles.count));

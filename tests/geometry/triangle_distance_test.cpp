@@ -170,15 +170,16 @@ TEST(TriangleDistance, SwappedTrianglesOtherUnitsAndExactMovesMakeNoDifference) 
     }
 }
 
-TEST(TriangleDistance, WithinReachIsWhatTheDistanceSays) {
+TEST(TriangleDistance, WithinQueryDistanceIsWhatTheDistanceSays) {
     std::size_t within = 0;
     std::size_t beyond = 0;
     for (const TrianglePairCase& pair : pairs_apart()) {
         const double distance = std::sqrt(triangle_distance(pair.first, pair.second).squared_distance);
-        for (const double reach : {0.003, 0.05, 0.2, 0.5, distance * (1 + 1e-8), distance * (1 - 1e-8)}) {
-            if (distance < 1e-6 || std::abs(distance - reach) < 1e-9 * distance) continue;
-            ASSERT_EQ(is_within_reach(pair.first, pair.second, reach), distance <= reach) << distance << " " << reach;
-            ++(distance <= reach ? within : beyond);
+        for (const double query_distance : {0.003, 0.05, 0.2, 0.5, distance * (1 + 1e-8), distance * (1 - 1e-8)}) {
+            if (distance < 1e-6 || std::abs(distance - query_distance) < 1e-9 * distance) continue;
+            ASSERT_EQ(is_within_query_distance(pair.first, pair.second, query_distance), distance <= query_distance)
+                << distance << " " << query_distance;
+            ++(distance <= query_distance ? within : beyond);
         }
     }
     EXPECT_GT(within, 10000U);

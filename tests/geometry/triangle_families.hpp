@@ -73,10 +73,10 @@ inline TrianglePairCase random_pair(std::mt19937_64& random) {
 
 /// Moves every coordinate by -1, 0 or +1 rounding unit.
 inline void jitter(std::mt19937_64& random, Corners& t) {
-    std::uniform_int_distribution<int> way(-1, 1);
+    std::uniform_int_distribution<int> path(-1, 1);
     for (Vector3& corner : t) {
         for (int i = 0; i < 3; ++i) {
-            const int step = way(random);
+            const int step = path(random);
             if (step != 0) corner[i] = std::nextafter(corner[i], step * HUGE_VAL);
         }
     }

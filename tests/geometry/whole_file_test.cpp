@@ -1,4 +1,4 @@
-// Files read and written as a whole: what is wrong is told, and nothing half-written stays.
+// Files read and written as a whole: what is wrong is reported, and nothing half-written stays.
 #include "geometry/whole_file.hpp"
 
 #include <fmt/format.h>
@@ -96,11 +96,11 @@ TEST(FileWord, LeadsToNoOtherFolder) {
 }
 
 TEST(InputErrorText, IsOnePrintableLineOfAtMost400Bytes) {
-    const auto told = [](const std::string& found) { return std::string(InputError("f", "", "x", found).what()); };
-    EXPECT_EQ(told("\x1b[31m\a\r\nü"), "f: expected x, got \\x1b[31m\\x07\\x0d\\x0aü");
-    EXPECT_EQ(told("\x7f\xc2\x9b\xe2\x80\xae"), "f: expected x, got \\x7f\\xc2\\x9b\\xe2\\x80\\xae");
-    EXPECT_EQ(told("\xff\xc0\xaf\xed\xa0\x80"), "f: expected x, got \\xff\\xc0\\xaf\\xed\\xa0\\x80");
-    const std::string long_one = told(std::string(3000, 'a') + "ü" + std::string(3000, '\xbc') + "end");
+    const auto reported = [](const std::string& found) { return std::string(InputError("f", "", "x", found).what()); };
+    EXPECT_EQ(reported("\x1b[31m\a\r\nü"), "f: expected x, got \\x1b[31m\\x07\\x0d\\x0aü");
+    EXPECT_EQ(reported("\x7f\xc2\x9b\xe2\x80\xae"), "f: expected x, got \\x7f\\xc2\\x9b\\xe2\\x80\\xae");
+    EXPECT_EQ(reported("\xff\xc0\xaf\xed\xa0\x80"), "f: expected x, got \\xff\\xc0\\xaf\\xed\\xa0\\x80");
+    const std::string long_one = reported(std::string(3000, 'a') + "ü" + std::string(3000, '\xbc') + "end");
     EXPECT_LE(long_one.size(), 400U);
     EXPECT_TRUE(long_one.starts_with("f: expected x, got aaa") && long_one.ends_with("\\xbcend")) << long_one;
     // Wherever the middle begins and ends, no character is cut.

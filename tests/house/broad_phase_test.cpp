@@ -55,7 +55,7 @@ TEST(BroadPhase, IsKnownByItsWords) {
     EXPECT_TRUE(words_in("class FaceGrid {").contains("class FaceGrid"));
     EXPECT_TRUE(words_in("#include \"geometry/box_pairs.hpp\"").contains("box_pairs.hpp"));
     EXPECT_TRUE(words_in("std::unordered_map<Index, int> cells_;").contains("unordered_map"));
-    EXPECT_TRUE(words_in("what lies within reach of a tree of thought").empty());
+    EXPECT_TRUE(words_in("what lies within the query distance of a tree of thought").empty());
     // The detectors are full of them.
     std::size_t detectors = 0;
     for (const auto& entry :

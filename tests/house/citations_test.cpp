@@ -117,7 +117,7 @@ public:
     [[nodiscard]] int count() const { return count_; }
 
 private:
-    /// Looks at what begins at `position`; returns where to go on.
+    /// Examines what begins at `position`; returns where to go on.
     std::size_t next(std::size_t position) {
         static const std::regex document(
             R"re((METHODS|DESIGN|STUDIES|BASELINES|CONTACT|PERFORMANCE|[A-Z]{4,}(?=\.md\b|,? §))(\.md)?'?)re");

@@ -23,7 +23,7 @@ function(expect status pattern)
 endfunction()
 expect(0 "i2t_poke +I2T +2 " scenes)
 expect(0 "\"name\":\"hover\"" scenes --json)
-expect(0 "ohc_clustered . hold, tracked" run i2t_poke --ticks 5)
+expect(0 "ohc_clustered . hold, tracked_proximity" run i2t_poke --ticks 5)
 expect(0 "thesis" run i2t_poke --ticks 5 --response thesis)
 expect(0 "tick" explain i2t_poke --tick 3)
 expect(0 "i2t_poke" reference i2t_poke --check)
@@ -31,7 +31,7 @@ expect(0 "runs, roughly" study default --plan)
 expect(2 "^trocar: i2t_pok: expected [^\n]*near: [^\n]*i2t_poke[^\n]*\n$" run i2t_pok)
 expect(2 "^trocar: defalt: expected [^\n]*near: default[^\n]*\n$" study defalt)
 
-# Every command and option that --help tells is in each of the installed texts.
+# Every command and option that --help reports is in each of the installed texts.
 foreach(file share/man/man1/trocar.1 share/bash-completion/completions/trocar share/zsh/site-functions/_trocar
         share/fish/vendor_completions.d/trocar.fish share/trocar/LICENSE share/trocar/baselines/example.cpp
         share/trocar/baselines/example_response.cpp share/trocar/baselines/README.md share/trocar/docs/CONTACT.md)
@@ -48,7 +48,7 @@ foreach(file share/man/man1/trocar.1 share/bash-completion/completions/trocar sh
     string(REGEX MATCHALL "\n  [a-z]+ " commands "${subcommands}")
     list(LENGTH commands count)
     if(count LESS 10)
-        message(FATAL_ERROR "--help tells only ${count} commands")
+        message(FATAL_ERROR "--help reports only ${count} commands")
     endif()
     foreach(command ${commands})
         string(STRIP "${command}" command)

@@ -68,13 +68,13 @@ step(${CMAKE_COMMAND} --build ${work}/build --parallel 2)
 set(program ${work}/build/bin/trocar)
 expect(0 "ohc_clustered .*my_detector .*careless .*homeless +absent \\(library not found: no::such_library\\).*hold .*my_response "
     ${program} list)
-expect(0 "ohc_clustered . my_response, tracked" ${program} run i2t_poke --ticks 400 --response my_response)
-expect(0 "my_detector . penalty, canonical" ${program} run i2t_poke --ticks 400 --detector my_detector --response penalty --contacts canonical)
-expect(0 "ohc_clustered . hold, tracked" ${program} run i2t_poke --ticks 5)
+expect(0 "ohc_clustered . my_response, tracked_proximity" ${program} run i2t_poke --ticks 400 --response my_response)
+expect(0 "my_detector . penalty, intersection" ${program} run i2t_poke --ticks 400 --detector my_detector --response penalty --contacts intersection)
+expect(0 "ohc_clustered . hold, tracked_proximity" ${program} run i2t_poke --ticks 5)
 expect(2 "homeless.*absent \\(library not found: no::such_library\\)" ${program} run i2t_poke --detector homeless)
 
 set(tests ${work}/build/bin/trocar_contract_test)
-expect(0 "DetectorContract.*my_detector_SamePairsAsTheOracle.*ResponseContract.*my_response_tracked_ActionIsReaction"
+expect(0 "DetectorContract.*my_detector_SamePairsAsTheOracle.*ResponseContract.*my_response_tracked_proximity_ActionIsReaction"
     ${tests} --gtest_list_tests)
 expect(0 "PASSED" ${tests} "--gtest_filter=*/my_*")
 expect(1 "1 of [0-9]+ pairs missing" ${tests} "--gtest_filter=*/careless_SamePairs*")

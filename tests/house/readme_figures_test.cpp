@@ -36,11 +36,11 @@ Rows method_rows(const std::string& file, const std::string& end) {
 }
 
 TEST(Readme, FirstFiguresAreThoseOfThePublishedStudy) {
-    const Rows told = method_rows("README.md", "## Two commands");
+    const Rows reported = method_rows("README.md", "## Two commands");
     const Rows published = method_rows("reports/default/report.md", "## Behind this page");
-    ASSERT_GE(told.size(), 8U);
-    for (const std::vector<std::string>& row : told) {
-        // The report names the contact source and the origin of settings behind the method, and intervals behind
+    ASSERT_GE(reported.size(), 8U);
+    for (const std::vector<std::string>& row : reported) {
+        // The report names the contact generator and the origin of settings behind the method, and intervals behind
         // ratios.
         const auto fits = [&row](const std::vector<std::string>& other) {
             if (!other.front().starts_with(row.front())) return false;
@@ -68,11 +68,11 @@ TEST(Readme, TheQuotedAblationIsThePublishedOne) {
                                                           {"stiffness", "stiffness"},
                                                           {"interactions and rest", "their interactions"},
                                                           {"law", "the contact law"}};
-    for (const auto& [factor, told] : factors) {
+    for (const auto& [factor, reported] : factors) {
         const std::size_t row = published.find("| " + factor + " | ");
         ASSERT_NE(row, std::string::npos) << factor;
         const std::size_t share = row + factor.size() + 5;
-        const std::string sentence = told + " " + published.substr(share, published.find(" |", share) - share);
+        const std::string sentence = reported + " " + published.substr(share, published.find(" |", share) - share);
         for (const char* file : {"README.md", "bench/studies/default.json"}) {
             EXPECT_NE(whole(file).find(sentence), std::string::npos) << file << ": " << sentence;
         }

@@ -12,7 +12,7 @@
 
 #include "measure/body_surface.hpp"
 #include "measure/edge_depth.hpp"
-#include "measure/retelling.hpp"
+#include "measure/permutation.hpp"
 #include "measure/surface_distance.hpp"
 #include "measure/vertical_crossings.hpp"
 #include "support/random_vectors.hpp"
@@ -164,15 +164,15 @@ TEST(DepthTruth, SinkingBallReportsTrueDepth) {
     }
     world.place({0, 0, 0.02});
     DepthTruth truth(world.topology, world.frame);
-    EXPECT_EQ(truth.measure(world.frame).max_depth, 0.0);
+    EXPECT_EQ(truth.measure(world.frame).residual_penetration, 0.0);
     // Faces of the octahedron |x| + |y| + |z| <= r: a point on the axis `below` under the tip is below/sqrt(3) deep.
     for (const double below : {0.001, 0.004, 0.009}) {
         world.place({0, 0, radius - below});
         const DepthTruth::Result result = truth.measure(world.frame);
         EXPECT_NEAR(truth.depth_of_vertex(5, 1), below / std::sqrt(3.0), 1e-15) << "lowest point of the ball";
         // The tip is inside the ball too, and deeper there: `below` from the ball's lowest point, less the chords.
-        EXPECT_LE(result.max_depth, below);
-        EXPECT_GT(result.max_depth, 0.985 * below);
+        EXPECT_LE(result.residual_penetration, below);
+        EXPECT_GT(result.residual_penetration, 0.985 * below);
         EXPECT_GT(result.wrong_side, 0);
         EXPECT_EQ(truth.depth_of_vertex(4, 1), 0.0) << "vertex 4 is its highest";
     }
@@ -188,7 +188,7 @@ TEST(DepthTruth, PokeIntoASheetReportsTheKnownDepth) {
             world.place({0, 0, -down});
             const DepthTruth::Result result = truth.measure(world.frame);
             const double expected = std::max(0.0, down - 0.01);
-            EXPECT_NEAR(result.max_depth, expected, 1e-15) << down;
+            EXPECT_NEAR(result.residual_penetration, expected, 1e-15) << down;
             EXPECT_EQ(result.wrong_side, (down > 0.01 ? 1 : 0) + (down > 0.02 ? 1 : 0)) << down;
             EXPECT_EQ(result.wrong_side_vertices, result.wrong_side) << "the shape has no area";
         }
@@ -205,7 +205,7 @@ TEST(DepthTruth, SheetThatMovesOverThePointIsTheSameAsThePointMoving) {
             return Vector3(p.x(), p.y(), rim ? 0.0 : height);
         });
         const DepthTruth::Result result = truth.measure(world.frame);
-        EXPECT_NEAR(result.max_depth, std::max(0.0, height - 0.01), 1e-15) << height;
+        EXPECT_NEAR(result.residual_penetration, std::max(0.0, height - 0.01), 1e-15) << height;
     }
     // The whole sheet, rim included, moves up, then sideways beneath it and back up from there.
     for (const auto& [offset, expected] : {std::pair{Vector3(0, 0, 0.015), 0.005},
@@ -216,7 +216,7 @@ TEST(DepthTruth, SheetThatMovesOverThePointIsTheSameAsThePointMoving) {
                                            {Vector3(0, 0, 0.004), 0.006}}) {
         world.place(Vector3::Zero(), [&offset = offset](const Vector3& p) { return Vector3(p + offset); });
         const DepthTruth::Result result = truth.measure(world.frame);
-        EXPECT_NEAR(result.max_depth, expected, 1e-15) << offset.transpose();
+        EXPECT_NEAR(result.residual_penetration, expected, 1e-15) << offset.transpose();
     }
 }
 
@@ -227,7 +227,7 @@ TEST(DepthTruth, ToolThatStartsThroughTheSheetIsJudgedFromItsFarEnd) {
         DepthTruth truth(world.topology, world.frame);
         EXPECT_EQ(truth.depth_of_vertex(1, 1), 0.005);
         const DepthTruth::Result result = truth.measure(world.frame);
-        EXPECT_EQ(result.max_depth, 0.005);
+        EXPECT_EQ(result.residual_penetration, 0.005);
         EXPECT_EQ(result.wrong_side, 1);
         world.place({0, 0, 0.006 * sign});
         EXPECT_EQ(truth.measure(world.frame).wrong_side, 0);
@@ -306,11 +306,12 @@ TEST(DepthTruth, RimThatHasSlippedPastPointsOfABodyLeavesNothingBeyondTheSheet) 
     DepthTruth truth(world.topology, world.frame);
     for (const double x : {0.0047, 0.0039, 0.003}) {
         rim_at(x, 0.0012);
-        EXPECT_NEAR(truth.measure(world.frame).max_depth, 0.005 - std::hypot(x, 0.0012), 1e-4) << x;
+        EXPECT_NEAR(truth.measure(world.frame).residual_penetration, 0.005 - std::hypot(x, 0.0012), 1e-4) << x;
     }
     for (const double z : {0.0019, 0.0027, 0.0033, 0.0042}) {
         rim_at(0.003, z);
-        EXPECT_NEAR(truth.measure(world.frame).max_depth, std::max(0.0, 0.005 - std::hypot(0.003, z)), 1e-4) << z;
+        EXPECT_NEAR(truth.measure(world.frame).residual_penetration, std::max(0.0, 0.005 - std::hypot(0.003, z)), 1e-4)
+            << z;
     }
     for (const double x : {0.003, 0.006}) {
         rim_at(x, 0.0055);
@@ -330,7 +331,7 @@ TEST(DepthTruth, RimThatHasSlippedPastMostOfABodyLeavesNothingBeyondEither) {
     const auto look = [&](double x, double z) {
         rim_at(x, z);
         const DepthTruth::Result result = truth.measure(world.frame);
-        EXPECT_NEAR(result.max_depth, std::max(0.0, 0.005 - std::abs(z)), 1e-4) << x << ' ' << z;
+        EXPECT_NEAR(result.residual_penetration, std::max(0.0, 0.005 - std::abs(z)), 1e-4) << x << ' ' << z;
         most_undecided = std::max(most_undecided, result.side_undecided);
     };
     for (const double x : {0.0037, 0.0017, -0.0004, -0.0023, -0.0031}) {
@@ -398,8 +399,8 @@ TEST(DepthTruth, TipBeyondAHoleWhoseRimIsInsideTheShaftIsUndecidedAndTheRimHasTh
     hole_of(0.0015);
     const DepthTruth::Result closed = truth.measure(world.frame);
     EXPECT_GT(closed.side_undecided, 100);
-    EXPECT_GT(closed.max_depth, 0.0);
-    EXPECT_LT(closed.max_depth, 0.0006) << "not the 20 mm that the tip is away";
+    EXPECT_GT(closed.residual_penetration, 0.0);
+    EXPECT_LT(closed.residual_penetration, 0.0006) << "not the 20 mm that the tip is away";
     EXPECT_TRUE(std::isnan(truth.depth_of_vertex(0, 1))) << "at the tip";
     EXPECT_EQ(truth.depth_of_vertex(50, 1), 0.0) << "at the other end";
     std::int64_t open = 0;
@@ -446,8 +447,8 @@ TEST(DepthTruth, HookRoundTheRimStartsOnTheRightSide) {
     world.place({0, 0, -0.0041});
     result = truth.measure(world.frame);
     EXPECT_GT(result.side_undecided, 0);
-    EXPECT_GT(result.max_depth, 1e-4);
-    EXPECT_LT(result.max_depth, 1e-3) << "the arm is that thick";
+    EXPECT_GT(result.residual_penetration, 1e-4);
+    EXPECT_LT(result.residual_penetration, 1e-3) << "the arm is that thick";
     world.place({0, 0, -0.006});
     result = truth.measure(world.frame);
     EXPECT_EQ(result.wrong_side, 0) << "as if it had been led round the rim";
@@ -464,7 +465,7 @@ TEST(DepthTruth, PartOfABodyThatIsCutOffIsBeyondTheSheetHoweverTheRimStands) {
     DepthTruth truth(world.topology, world.frame);
     for (const double z : {0.0047, 0.0041, 0.0033}) {
         height(z);
-        EXPECT_NEAR(truth.measure(world.frame).max_depth, 0.005 - z, 1e-4) << z;
+        EXPECT_NEAR(truth.measure(world.frame).residual_penetration, 0.005 - z, 1e-4) << z;
     }
 }
 
@@ -480,7 +481,7 @@ TEST(DepthTruth, CrossingsOfARandomWalkAgreeWithTheSideOfThePlane) {
         world.place(at - Vector3(0, 0, 1));
         const DepthTruth::Result result = truth.measure(world.frame);
         ASSERT_EQ(result.wrong_side, at.z() < 0.0 ? 1 : 0) << i << ": " << at.transpose();
-        ASSERT_EQ(result.max_depth, at.z() < 0.0 ? -at.z() : 0.0);
+        ASSERT_EQ(result.residual_penetration, at.z() < 0.0 ? -at.z() : 0.0);
     }
 }
 
@@ -497,9 +498,9 @@ TEST(DepthTruth, TiesOfAnAlignedWalkRoundAFreeRimAreBrokenAsByASmallStep) {
         World stepped(ball(2.0, 0), sheet(6.0, 6), false);
         const Vector3 small(1e-9, 1e-6, 1e-3);
         const auto place = [&](const Vector3& ball_at, const Vector3& sheet_at) {
-            const auto led = [&](const Vector3& p) { return Vector3(p + sheet_at); };
-            aligned.place(ball_at, led);
-            stepped.place(ball_at + small, led);
+            const auto driven = [&](const Vector3& p) { return Vector3(p + sheet_at); };
+            aligned.place(ball_at, driven);
+            stepped.place(ball_at + small, driven);
         };
         place({0, 0, 3}, {0, 0, 0});
         DepthTruth truth(aligned.topology, aligned.frame, {}, 0);
@@ -546,13 +547,13 @@ TEST(DepthTruth, EdgeOfASheetThroughAToolIsAsDeepAsItsChord) {
     for (const double inside : {0.0001, 0.0004, 0.001}) {
         world.place({0.05 + apothem - inside, 0.0025, 0.001});
         const DepthTruth::Result result = truth.measure(world.frame);
-        EXPECT_NEAR(result.max_depth, inside, 1e-3 * inside);
+        EXPECT_NEAR(result.residual_penetration, inside, 1e-3 * inside);
         EXPECT_EQ(result.wrong_side_vertices, 0);
         EXPECT_GE(result.wrong_side, 1);
     }
     world.place({0.05 + apothem + 1e-6, 0.0025, 0.001});
     const DepthTruth::Result apart = truth.measure(world.frame);
-    EXPECT_EQ(apart.max_depth, 0.0);
+    EXPECT_EQ(apart.residual_penetration, 0.0);
     EXPECT_EQ(apart.wrong_side, 0);
 }
 
@@ -600,9 +601,9 @@ TEST(DepthTruth, EdgesInsideAreAsDeepAsEveryPointOfThemSays) {
             }
         }
         DepthTruth truth(topology, world.frame, {}, 1);
-        const double told = truth.measure(world.frame).max_depth;
-        EXPECT_GE(told, 0.99 * most) << trial;
-        EXPECT_LE(told, most + 0.5 * 0.06 / 400.0) << trial;
+        const double reported = truth.measure(world.frame).residual_penetration;
+        EXPECT_GE(reported, 0.99 * most) << trial;
+        EXPECT_LE(reported, most + 0.5 * 0.06 / 400.0) << trial;
         if (most > 1e-3) ++deep;
     }
     EXPECT_GE(deep, 8);
@@ -679,8 +680,8 @@ TEST(DepthTruth, MeanIsTheAreaMeanOverPenetratingSamples) {
     DepthTruth truth(world.topology, world.frame);
     world.place({0, 0, -0.012});
     const DepthTruth::Result result = truth.measure(world.frame);
-    EXPECT_NEAR(result.mean_depth, 0.002, 1e-15);
-    EXPECT_NEAR(result.max_depth, 0.002, 1e-15);
+    EXPECT_NEAR(result.residual_penetration_mean, 0.002, 1e-15);
+    EXPECT_NEAR(result.residual_penetration, 0.002, 1e-15);
     EXPECT_EQ(result.wrong_side, 3 + DepthTruth::default_area_samples);
 }
 
@@ -688,7 +689,7 @@ TEST(DepthTruth, UncountedBodyPairsStayOutOfTheResult) {
     World world(points_only({{0, 0, 0}}), ball(0.02, 2), true);
     const std::vector<std::uint8_t> counted{0};
     DepthTruth truth(world.topology, world.frame, counted);
-    EXPECT_EQ(truth.measure(world.frame).max_depth, 0.0);
+    EXPECT_EQ(truth.measure(world.frame).residual_penetration, 0.0);
     EXPECT_GT(truth.depth_of_vertex(0, 1), 0.0);
 }
 
@@ -697,10 +698,10 @@ TEST(DepthTruth, NonFiniteFrameHasNoAnswerAndLeavesNoTrace) {
     DepthTruth truth(world.topology, world.frame);
     Frame broken = world.frame;
     broken.position(0, 5) = std::nan("");
-    EXPECT_TRUE(std::isnan(truth.measure(broken).max_depth));
+    EXPECT_TRUE(std::isnan(truth.measure(broken).residual_penetration));
     EXPECT_EQ(truth.measure(broken).wrong_side, -1);
     world.place({0, 0, -0.02});
-    EXPECT_NEAR(truth.measure(world.frame).max_depth, 0.01, 1e-15);
+    EXPECT_NEAR(truth.measure(world.frame).residual_penetration, 0.01, 1e-15);
 }
 
 TEST(DepthTruth, OrderOfTheBodiesMakesNoDifferenceAndEverySampleSaysWhereItRides) {
@@ -713,18 +714,18 @@ TEST(DepthTruth, OrderOfTheBodiesMakesNoDifferenceAndEverySampleSaysWhereItRides
         world.frame.velocity = Matrix3X::Zero(3, world.frame.position.cols());
     };
     rim_at(0.0055, 0.0012);
-    const Retelling swapped = with_bodies_in_order(world.topology, {1, 0});
+    const Permutation swapped = with_bodies_in_order(world.topology, {1, 0});
     DepthTruth truth(world.topology, world.frame);
-    DepthTruth other(swapped.topology, swapped.retold(world.frame));
+    DepthTruth other(swapped.topology, swapped.permuted(world.frame));
     int wrong = 0;
     for (const auto& [x, z] :
          {std::pair{0.0047, 0.0012}, {0.0039, 0.0012}, {0.003, 0.0012}, {0.003, 0.0027}, {0.003, 0.0042}}) {
         rim_at(x, z);
         const DepthTruth::Result one = truth.measure(world.frame);
-        const DepthTruth::Result two = other.measure(swapped.retold(world.frame));
-        EXPECT_NEAR(two.max_depth, std::max(0.0, 0.005 - std::hypot(x, z)), 1e-4) << x << ' ' << z;
-        EXPECT_NEAR(two.max_depth, one.max_depth, 1e-15);
-        EXPECT_NEAR(two.mean_depth, one.mean_depth, 1e-15);
+        const DepthTruth::Result two = other.measure(swapped.permuted(world.frame));
+        EXPECT_NEAR(two.residual_penetration, std::max(0.0, 0.005 - std::hypot(x, z)), 1e-4) << x << ' ' << z;
+        EXPECT_NEAR(two.residual_penetration, one.residual_penetration, 1e-15);
+        EXPECT_NEAR(two.residual_penetration_mean, one.residual_penetration_mean, 1e-15);
         EXPECT_EQ(two.wrong_side, one.wrong_side);
         EXPECT_EQ(two.wrong_side_vertices, one.wrong_side_vertices);
         EXPECT_EQ(two.side_undecided, one.side_undecided);

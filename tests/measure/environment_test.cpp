@@ -7,7 +7,7 @@
 namespace trocar {
 namespace {
 
-TEST(Environment, TellsMachineBuildAndSource) {
+TEST(Environment, ReportsMachineBuildAndSource) {
     const auto facts = environment();
     for (const char* key : {"cpu", "cores", "governor", "kernel", "load", "compiler", "flags", "build_type",
                             "assertions", "sanitizers", "allocations_counted", "version", "commit", "dirty"}) {

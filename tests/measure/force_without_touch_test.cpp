@@ -32,8 +32,8 @@ struct Stack {
     void place(double height) { frame.position.row(2).segment(0, 3).setConstant(height); }
 };
 
-LinearContact contact_on(Index vertex, Index reaction_body) {
-    LinearContact contact;
+ContactForceLaw contact_on(Index vertex, Index reaction_body) {
+    ContactForceLaw contact;
     contact.vertices = {vertex, -1, -1};
     contact.weights = {1.0, 0.0, 0.0};
     contact.normal = -Vector3::UnitZ();
@@ -42,20 +42,20 @@ LinearContact contact_on(Index vertex, Index reaction_body) {
 }
 
 /// Follows heights (m, after each tick) and forces (N) of the first pair. Bounds are `slack` times the distance.
-double follow(const std::vector<std::pair<double, double>>& ticks, const std::function<void(Effect&)>& more = {},
-              double slack = 1.0, Stack stack = Stack()) {
+double follow(const std::vector<std::pair<double, double>>& ticks,
+              const std::function<void(ResponseOutput&)>& more = {}, double slack = 1.0, Stack stack = Stack()) {
     const std::vector<std::uint8_t> counted(stack.topology.body_pairs.size(), 1);
     ForceWithoutTouch figure(stack.topology, stack.frame, counted);
-    Effect effect;
-    effect.resize(9, 3);
+    ResponseOutput output;
+    output.resize(9, 3);
     for (const auto& [height, force] : ticks) {
         stack.place(height);
-        effect.clear();
-        effect.contacts = {contact_on(6, 0)};
-        if (more) more(effect);
-        std::vector<ContactLoad> loads(effect.contacts.size());
+        output.clear();
+        output.contacts = {contact_on(6, 0)};
+        if (more) more(output);
+        std::vector<ContactForce> loads(output.contacts.size());
         loads[0] = {.normal = force, .force = Vector3(0.0, 0.0, -force)};
-        figure.observe(stack.frame, effect, loads, [&](Index a, Index b) {
+        figure.observe(stack.frame, output, loads, [&](Index a, Index b) {
             return a == 0 && b == 2 ? slack * height : 1.0;  // parallel triangles: the height is the distance
         });
     }
@@ -77,9 +77,10 @@ TEST(ForceWithoutTouch, IsTheLargestOfTheSmallerClearancesOfTicksWithForce) {
 TEST(ForceWithoutTouch, IsUnknownWhereForcesArePutDownToNoPair) {
     const std::vector<std::pair<double, double>> ticks{{3e-4, 1.0}};
     EXPECT_NEAR(follow(ticks), 3e-4, 1e-15);
-    EXPECT_TRUE(std::isnan(follow(ticks, [](Effect& effect) { effect.placements.push_back({.vertex = 6}); })));
-    EXPECT_TRUE(std::isnan(follow(ticks, [](Effect& effect) { effect.wrench[0].force = Vector3::UnitX(); })));
-    EXPECT_TRUE(std::isnan(follow(ticks, [](Effect& effect) { effect.held_force(2, 6) = 1.0; })));
+    EXPECT_TRUE(std::isnan(
+        follow(ticks, [](ResponseOutput& output) { output.position_corrections.push_back({.vertex = 6}); })));
+    EXPECT_TRUE(std::isnan(follow(ticks, [](ResponseOutput& output) { output.wrench[0].force = Vector3::UnitX(); })));
+    EXPECT_TRUE(std::isnan(follow(ticks, [](ResponseOutput& output) { output.held_force(2, 6) = 1.0; })));
 }
 
 TEST(ForceWithoutTouch, ABoundThatIsTooLargeHidesNoClearanceAtTheStart) {
@@ -89,24 +90,24 @@ TEST(ForceWithoutTouch, ABoundThatIsTooLargeHidesNoClearanceAtTheStart) {
 
 TEST(ForceWithoutTouch, APointOnAnEdgeNamesItsBodyByTheVerticesThatAreSet) {
     const std::vector<std::pair<double, double>> ticks{{3e-4, 1.0}};
-    const auto on_edge = [](Effect& effect) {
-        effect.contacts[0].vertices = {-1, 7, 8};
-        effect.contacts[0].weights = {0.0, 0.5, 0.5};
+    const auto on_edge = [](ResponseOutput& output) {
+        output.contacts[0].vertices = {-1, 7, 8};
+        output.contacts[0].weights = {0.0, 0.5, 0.5};
     };
     EXPECT_NEAR(follow(ticks, on_edge), 3e-4, 1e-15);
     EXPECT_NEAR(follow(ticks,
-                       [&](Effect& effect) {
-                           on_edge(effect);
-                           effect.contacts[0].reaction_body = -1;
-                           effect.contacts[0].reaction_vertices = {-1, -1, 2};
+                       [&](ResponseOutput& output) {
+                           on_edge(output);
+                           output.contacts[0].reaction_body = -1;
+                           output.contacts[0].reaction_vertices = {-1, -1, 2};
                        }),
                 3e-4, 1e-15);
-    EXPECT_TRUE(std::isnan(follow(ticks, [](Effect& effect) { effect.contacts[0].vertices = {-1, -1, -1}; })));
+    EXPECT_TRUE(std::isnan(follow(ticks, [](ResponseOutput& output) { output.contacts[0].vertices = {-1, -1, -1}; })));
 }
 
 TEST(ForceWithoutTouch, AContactThatNamesNoBodyIsWithTheOnlyRigidOne) {
     const std::vector<std::pair<double, double>> ticks{{3e-4, 1.0}};
-    const auto nobody = [](Effect& effect) { effect.contacts[0].reaction_body = -1; };
+    const auto nobody = [](ResponseOutput& output) { output.contacts[0].reaction_body = -1; };
     EXPECT_TRUE(std::isnan(follow(ticks, nobody))) << "no rigid body";
     EXPECT_TRUE(std::isnan(follow(ticks, nobody, 1.0, Stack(BodyKind::rigid, BodyKind::rigid)))) << "one of two";
     // The instrument is 0.3 mm away and the rigid body 1 m: the force is put down to the latter.
@@ -115,7 +116,8 @@ TEST(ForceWithoutTouch, AContactThatNamesNoBodyIsWithTheOnlyRigidOne) {
 
 TEST(ForceWithoutTouch, LeavesOutWhatPullsByDesign) {
     for (const ContactRole role : {ContactRole::grasp, ContactRole::damper}) {
-        EXPECT_TRUE(std::isnan(follow({{3e-4, 1.0}}, [role](Effect& effect) { effect.contacts[0].role = role; })));
+        EXPECT_TRUE(
+            std::isnan(follow({{3e-4, 1.0}}, [role](ResponseOutput& output) { output.contacts[0].role = role; })));
     }
 }
 

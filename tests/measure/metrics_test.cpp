@@ -39,9 +39,9 @@ TEST(Summary, PairFiguresFollowTheirDefinitions) {
     rows[0].pairs = 9;  // 8 true ones and 1 that is not; 2 missed of which 1 touches
     rows[0].true_pairs = 10;
     rows[0].true_touch = 4;
-    rows[0].missing = 2;
-    rows[0].missing_touch = 1;
-    rows[0].extra = 1;
+    rows[0].false_negatives = 2;
+    rows[0].false_negatives_touch = 1;
+    rows[0].false_positives = 1;
     rows[1].pairs = 1000;  // not judged
     const auto figures = summarize(rows);
     EXPECT_DOUBLE_EQ(figures.at("precision"), 8.0 / 9.0);
@@ -53,10 +53,10 @@ TEST(Summary, PairFiguresFollowTheirDefinitions) {
 
 TEST(Summary, NothingJudgedIsNotZero) {
     const auto figures = summarize({row_of(0), row_of(1)});
-    for (const char* name :
-         {"precision", "recall", "missing", "extra", "residual_max_m", "depth_error_max_m", "ticks_to_clear_max",
-          "uncleared", "overshoot_max_m", "force_flips", "force_above_30hz_share", "force_jump_max_n", "max_strain",
-          "wrong_side_last", "side_undecided_max", "side_undecided_ticks"}) {
+    for (const char* name : {"precision", "recall", "false_negatives", "false_positives", "residual_penetration_max_m",
+                             "depth_error_max_m", "ticks_to_clear_max", "uncleared", "overshoot_max_m", "force_flips",
+                             "force_above_30hz_share", "force_jump_max_n", "max_strain", "wrong_side_last",
+                             "side_undecided_max", "side_undecided_ticks"}) {
         EXPECT_TRUE(std::isnan(figures.at(name))) << name;
     }
 }
@@ -117,13 +117,13 @@ TEST(Summary, TheFirstTickJumpsFromZeroInTheLargestJumpAlone) {
 
 TEST(Summary, ResidualCountsTicksWithAPairOrADepth) {
     std::vector<StepRow> rows(4);
-    for (StepRow& row : rows) row.max_depth = 0.0;
-    EXPECT_EQ(summarize(rows).at("residual_median_m"), 0.0);
-    rows[2].max_depth = 2e-3;
+    for (StepRow& row : rows) row.residual_penetration = 0.0;
+    EXPECT_EQ(summarize(rows).at("residual_penetration_median_m"), 0.0);
+    rows[2].residual_penetration = 2e-3;
     rows[2].pairs = 1;
     const auto figures = summarize(rows);
-    EXPECT_EQ(figures.at("residual_median_m"), 2e-3);
-    EXPECT_EQ(figures.at("residual_last_m"), 0.0);
+    EXPECT_EQ(figures.at("residual_penetration_median_m"), 2e-3);
+    EXPECT_EQ(figures.at("residual_penetration_final_m"), 0.0);
 }
 
 TEST(Summary, TimeOfAReplayedTickIsTheDetectorsAlone) {
@@ -157,7 +157,7 @@ std::vector<StepRow> depths(const std::vector<double>& mm, std::int64_t stride =
             StepRow row;
             row.tick = static_cast<std::int64_t>(rows.size());
             row.time = 0.001 * static_cast<double>(row.tick);
-            if (between == 0) row.max_depth = 1e-3 * mm[i];
+            if (between == 0) row.residual_penetration = 1e-3 * mm[i];
             rows.push_back(row);
         }
     }
@@ -187,10 +187,11 @@ TEST(Summary, SettledResidualStartsTwoHundredMillisecondsAfterTheMotion) {
     std::vector<double> mm(400, 0.0);
     mm[250] = 3.0;  // too early to count: the motion ends at 100 ms
     mm[350] = 0.4;
-    EXPECT_DOUBLE_EQ(summarize(depths(mm), {.motion_end = 0.1}).at("residual_settled_m"), 0.4e-3);
-    EXPECT_DOUBLE_EQ(summarize(depths(mm), {.motion_end = 0.04}).at("residual_settled_m"), 3.0e-3);
-    EXPECT_TRUE(std::isnan(summarize(depths(mm), {.motion_end = 0.3}).at("residual_settled_m"))) << "run too short";
-    EXPECT_TRUE(std::isnan(summarize(depths(mm)).at("residual_settled_m"))) << "nothing moves";
+    EXPECT_DOUBLE_EQ(summarize(depths(mm), {.motion_end = 0.1}).at("residual_penetration_settled_m"), 0.4e-3);
+    EXPECT_DOUBLE_EQ(summarize(depths(mm), {.motion_end = 0.04}).at("residual_penetration_settled_m"), 3.0e-3);
+    EXPECT_TRUE(std::isnan(summarize(depths(mm), {.motion_end = 0.3}).at("residual_penetration_settled_m")))
+        << "run too short";
+    EXPECT_TRUE(std::isnan(summarize(depths(mm)).at("residual_penetration_settled_m"))) << "nothing moves";
 }
 
 TEST(Summary, FlipsAreTurnsByMoreThanARightAngle) {
@@ -211,8 +212,8 @@ TEST(Summary, GeometryFiguresFollowTheirDefinitions) {
     const std::array<double, 3> strain_over{0.0, 0.125, 0.0625};
     const std::array<double, 3> volume{2.0, 1.0, 0.5};
     const std::array<double, 3> translation{0.5, 0.75, 0.25};
-    const std::array<double, 3> mean_depth{0.0, 2.0, 4.0};
-    const std::array<double, 3> max_depth{0.0, 8.0, 4.0};
+    const std::array<double, 3> residual_penetration_mean{0.0, 2.0, 4.0};
+    const std::array<double, 3> residual_penetration{0.0, 8.0, 4.0};
     const std::array<std::int64_t, 3> vertices{3, 1, 2};
     const std::array<std::int64_t, 3> samples{5, 7, 6};
     for (std::size_t i = 0; i < 3; ++i) {
@@ -222,8 +223,8 @@ TEST(Summary, GeometryFiguresFollowTheirDefinitions) {
         rows[i].strain_over = strain_over.at(i);
         rows[i].overlap_volume = volume.at(i);
         rows[i].min_translation = translation.at(i);
-        rows[i].mean_depth = mean_depth.at(i);
-        rows[i].max_depth = max_depth.at(i);
+        rows[i].residual_penetration_mean = residual_penetration_mean.at(i);
+        rows[i].residual_penetration = residual_penetration.at(i);
         rows[i].wrong_side_vertices = vertices.at(i);
         rows[i].wrong_side = samples.at(i);
     }
@@ -237,10 +238,10 @@ TEST(Summary, GeometryFiguresFollowTheirDefinitions) {
                                                  {"overlap_volume_max_m3", 2.0},
                                                  {"min_translation_max_m", 0.75},
                                                  {"overshoot_max_m", 0.125},
-                                                 {"residual_mean_m", 3.0},    // of the two ticks with a depth
-                                                 {"residual_median_m", 6.0},  // of these as well
-                                                 {"residual_max_m", 8.0},
-                                                 {"residual_last_m", 4.0},
+                                                 {"residual_penetration_mean_m", 3.0},  // of the two ticks with a depth
+                                                 {"residual_penetration_median_m", 6.0},  // of these as well
+                                                 {"residual_penetration_max_m", 8.0},
+                                                 {"residual_penetration_final_m", 4.0},
                                                  {"wrong_side_vertices_max", 3.0},
                                                  {"wrong_side_vertices_last", 2.0},
                                                  {"wrong_side_max", 7.0},
@@ -296,7 +297,7 @@ TEST(Summary, CountsAreSummedAndLoadsAreAtTheirLargest) {
     EXPECT_DOUBLE_EQ(figures.at("device_force_max_n"), std::sqrt(101.0));
 }
 
-TEST(FastPart, TwoTonesAreToldApart) {
+TEST(FastPart, TwoTonesAreReportedApart) {
     // 10 Hz of amplitude 3 and 100 Hz of amplitude 1 over whole periods: mean squares 9/2 and 1/2.
     constexpr int n = 1001;
     std::vector<Vector3> force;

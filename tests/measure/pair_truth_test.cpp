@@ -89,15 +89,15 @@ TEST(ComparePairs, CountsMissingExtraAndMissingTouchesApart) {
     const std::vector<TrianglePair> truth{{0, 5}, {0, 7}, {1, 5}, {2, 9}};
     const std::vector<Index> touch{1, 3};
     const PairErrors same = compare_pairs({{2, 9}, {0, 5}, {1, 5}, {0, 7}}, truth, touch);
-    EXPECT_EQ(same.missing, 0);
-    EXPECT_EQ(same.extra, 0);
-    EXPECT_EQ(same.missing_touch, 0);
+    EXPECT_EQ(same.false_negatives, 0);
+    EXPECT_EQ(same.false_positives, 0);
+    EXPECT_EQ(same.false_negatives_touch, 0);
     const PairErrors errors = compare_pairs({{0, 5}, {0, 5}, {3, 4}, {2, 9}, {9, 9}}, truth, touch);
-    EXPECT_EQ(errors.missing, 2);
-    EXPECT_EQ(errors.missing_touch, 1);
-    EXPECT_EQ(errors.extra, 2);
-    EXPECT_EQ(compare_pairs({}, truth, touch).missing, 4);
-    EXPECT_EQ(compare_pairs({}, truth, touch).missing_touch, 2);
+    EXPECT_EQ(errors.false_negatives, 2);
+    EXPECT_EQ(errors.false_negatives_touch, 1);
+    EXPECT_EQ(errors.false_positives, 2);
+    EXPECT_EQ(compare_pairs({}, truth, touch).false_negatives, 4);
+    EXPECT_EQ(compare_pairs({}, truth, touch).false_negatives_touch, 2);
 }
 
 TEST(PairTruth, NearPairsAreThoseOfADoubleLoopThatDoNotMeet) {
@@ -110,19 +110,19 @@ TEST(PairTruth, NearPairsAreThoseOfADoubleLoopThatDoNotMeet) {
     };
     const Range first = world.topology.bodies[0].triangles;
     const Range second = world.topology.bodies[1].triangles;
-    for (const double reach : {0.0005, 0.01}) {
+    for (const double query_distance : {0.0005, 0.01}) {
         std::vector<TrianglePair> expected;
         for (Index a = first.first; a < first.end(); ++a) {
             for (Index b = second.first; b < second.end(); ++b) {
                 if (oracle_intersect(corners(a), corners(b))) continue;
-                if (triangle_distance(corners(a), corners(b)).squared_distance <= reach * reach) {
+                if (triangle_distance(corners(a), corners(b)).squared_distance <= query_distance * query_distance) {
                     expected.push_back({a, b});
                 }
             }
         }
         ASSERT_GT(expected.size(), 10U);
         std::vector<TrianglePair> near;
-        true_near_pairs(world.topology, world.frame, reach, near);
+        true_near_pairs(world.topology, world.frame, query_distance, near);
         EXPECT_EQ(near, expected);
     }
 }

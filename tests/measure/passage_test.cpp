@@ -50,7 +50,7 @@ std::string keys_text(const std::vector<Key>& keys, double z0, const std::string
 Scene shaft_and_plate(const std::vector<Key>& keys, const std::string& tip = "round", double edge = 0.02) {
     const auto ticks = static_cast<int>(std::lround(keys.back().time * 1000.0)) + 5;
     return test::scene_from_text(fmt::format(
-        R"({{"format":"trocar-scene-1","name":"plate","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"plate","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
       {{"name":"plate","kind":"rigid","closed":true,"pose":[0,0,-0.003,0,0,0],
         "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":{}}}]}},
       {{"name":"tool","kind":"instrument","closed":true,
@@ -102,7 +102,7 @@ TEST(PassageTruth, SlidingAlongDoesNotCount) {
 Scene two_shafts(const std::vector<Key>& keys, double edge) {
     const auto ticks = static_cast<int>(std::lround(keys.back().time * 1000.0)) + 5;
     return test::scene_from_text(fmt::format(
-        R"({{"format":"trocar-scene-1","name":"shafts","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"shafts","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
       {{"name":"lower","kind":"instrument","closed":true,
         "parts":[{{"shape":"shaft","radius":0.004,"length":0.1,"edge":{},"pose":[-0.05,0,0,0,90,0]}}]}},
       {{"name":"upper","kind":"instrument","closed":true,
@@ -127,7 +127,7 @@ TEST(PassageTruth, TheRimOfASheetThroughABarCountsBetweenTwoOfItsVertices) {
     // flat bar of 6 x 2 mm comes down over the middle of the rim, 4 mm deep at last, and meets nothing else of it.
     for (const int turn : {90, -90}) {
         EXPECT_EQ(passages_of(test::scene_from_text(fmt::format(
-                      R"({{"format":"trocar-scene-1","name":"rim","unit":"m","dt":0.001,"ticks":105,"seed":1,"bodies":[
+                      R"({{"format":"trocar-scene-2","name":"rim","unit":"m","dt":0.001,"ticks":105,"seed":1,"bodies":[
           {{"name":"sheet","kind":"rigid","closed":false,"pose":[0,0,-0.015,{},0,0],
             "parts":[{{"shape":"sheet","size":[0.06,0.03],"edge":0.02}}]}},
           {{"name":"bar","kind":"instrument","closed":true,
@@ -142,7 +142,7 @@ TEST(PassageTruth, TheRimOfASheetThroughABarCountsBetweenTwoOfItsVertices) {
 TEST(PassageTruth, AnOpenSheetIsPassedOnlyWhenTheToolIsWhollyBehindIt) {
     const auto scene = [](double lowest) {
         return test::scene_from_text(fmt::format(
-            R"({{"format":"trocar-scene-1","name":"open","unit":"m","dt":0.001,"ticks":210,"seed":1,"bodies":[
+            R"({{"format":"trocar-scene-2","name":"open","unit":"m","dt":0.001,"ticks":210,"seed":1,"bodies":[
           {{"name":"sheet","kind":"rigid","closed":false,"parts":[{{"shape":"sheet","size":[0.06,0.06],"edge":0.01}}]}},
           {{"name":"ball","kind":"instrument","closed":true,"parts":[{{"shape":"sphere","radius":0.004,"edge":0.002}}],
             "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[0,0,0.006,0,0,0]}},
@@ -159,7 +159,7 @@ TEST(PassageTruth, WhereABodyHasItsOriginMakesNoDifference) {
     const auto scene = [](std::vector<Key> keys) {
         for (Key& key : keys) key.x -= 0.05;
         return test::scene_from_text(fmt::format(
-            R"({{"format":"trocar-scene-1","name":"off","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
+            R"({{"format":"trocar-scene-2","name":"off","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
           {{"name":"plate","kind":"rigid","closed":true,"pose":[-0.03,0.02,-0.073,0,0,0],
             "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":0.02,"pose":[0.03,-0.02,0.07,0,0,0]}}]}},
           {{"name":"tool","kind":"instrument","closed":true,
@@ -181,7 +181,7 @@ TEST(PassageTruth, ABodyIsAsDeepAsOneOfItsWallsIsThick) {
     for (const std::string& more : {std::string(), second}) {
         EXPECT_EQ(
             passages_of(test::scene_from_text(fmt::format(
-                R"({{"format":"trocar-scene-1","name":"walls","unit":"m","dt":0.001,"ticks":205,"seed":1,"bodies":[
+                R"({{"format":"trocar-scene-2","name":"walls","unit":"m","dt":0.001,"ticks":205,"seed":1,"bodies":[
           {{"name":"plates","kind":"rigid","closed":true,"pose":[0,0.0213,-0.003,0,0,0],
             "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":0.06}}{}]}},
           {{"name":"tool","kind":"instrument","closed":true,
@@ -196,15 +196,15 @@ TEST(PassageTruth, ABodyIsAsDeepAsOneOfItsWallsIsThick) {
 TEST(PassageTruth, EveryPassOfTheSpeedSweepThroughTheSlabCounts) {
     const Scene scene =
         read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes/i2r_speed_sweep.json", std::nullopt);
-    std::int64_t led = 0;
+    std::int64_t driven = 0;
     for (const SceneBody& body : scene.bodies) {
         if (!body.motion) continue;
         for (std::size_t k = 1; k < body.motion->keys.size(); ++k) {
-            led += body.motion->keys[k].translation.z() * body.motion->keys[k - 1].translation.z() < 0.0 ? 1 : 0;
+            driven += body.motion->keys[k].translation.z() * body.motion->keys[k - 1].translation.z() < 0.0 ? 1 : 0;
         }
     }
-    ASSERT_EQ(led, 92);
-    EXPECT_EQ(passages_of(scene), led);
+    ASSERT_EQ(driven, 92);
+    EXPECT_EQ(passages_of(scene), driven);
 }
 
 TEST(PassageTruth, TissueHasNone) { EXPECT_EQ(passages_of(test::scene_from_text(test::poke_text())), -1); }

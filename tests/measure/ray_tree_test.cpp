@@ -209,15 +209,15 @@ TEST(RayTree, VisitsEveryTriangleThatASegmentMeetsOnce) {
             }
             const std::vector<Vector3> points = asked_points(surface, random);
             for (std::size_t i = 0; i + 1 < points.size(); i += 6) {
-                std::map<Index, int> visits;
+                std::map<Index, int> relaxations;
                 std::set<Index> above;
-                tree.visit_along(points[i], points[i + 1], [&](Index t) { ++visits[t]; });
+                tree.visit_along(points[i], points[i + 1], [&](Index t) { ++relaxations[t]; });
                 tree.visit_along_from_above(points[i], points[i + 1], [&](Index t) { above.insert(t); });
-                for (const auto& [triangle, times] : visits) {
+                for (const auto& [triangle, times] : relaxations) {
                     ASSERT_EQ(times, 1);
                     ASSERT_TRUE(above.contains(triangle));
                 }
-                visited_in_all += static_cast<std::int64_t>(visits.size());
+                visited_in_all += static_cast<std::int64_t>(relaxations.size());
                 const auto flat = [](Corners corners) {
                     for (Vector3& p : corners) p.z() = 0.0;
                     return corners;
@@ -226,7 +226,7 @@ TEST(RayTree, VisitsEveryTriangleThatASegmentMeetsOnce) {
                 for (Index t = 0; t < surface.count(); ++t) {
                     if (triangles_intersect(segment, surface.corners(t))) {
                         ++met;
-                        ASSERT_TRUE(visits.contains(t));
+                        ASSERT_TRUE(relaxations.contains(t));
                     }
                     if (triangles_intersect(flat(segment), flat(surface.corners(t)))) {
                         ASSERT_TRUE(above.contains(t));

@@ -22,7 +22,7 @@ Record sample() {
                    .pair_class = "I2T",
                    .detector = "some:bv=AABB",
                    .response = "other",
-                   .contacts = "canonical",
+                   .contacts = "intersection",
                    .setting = "tuned",
                    .repetition = 3,
                    .seed = 0xFFFFFFFFFFFFFFFFULL,
@@ -44,7 +44,7 @@ Record sample() {
         row.time = 0.1 * i;
         row.stage_ns = {10 + i, 20, 30, 40, -1, -1};
         row.pairs = 5;
-        row.max_depth = std::nextafter(1e-3, 1.0);
+        row.residual_penetration = std::nextafter(1e-3, 1.0);
         row.overlap_volume = 1e-9 * i;
         row.overshoot = 0.25;
         row.tool_force = Vector3(1e-300, -0.0, 0.1 + 0.2);
@@ -94,7 +94,7 @@ TEST(RecordLine, ReadsBackBitForBit) {
         EXPECT_EQ(b.outcome, a.outcome);
         EXPECT_EQ(b.true_pairs, -1);
         expect_same_bits(b.time, a.time);
-        expect_same_bits(b.max_depth, a.max_depth);
+        expect_same_bits(b.residual_penetration, a.residual_penetration);
         expect_same_bits(b.depth_error, a.depth_error);
         for (int axis = 0; axis < 3; ++axis) expect_same_bits(b.tool_force[axis], a.tool_force[axis]);
     }
@@ -102,10 +102,10 @@ TEST(RecordLine, ReadsBackBitForBit) {
 
 TEST(RecordLine, NonFiniteNumbersBecomeNullAndNaN) {
     Record record = sample();
-    record.rows[0].max_depth = std::numeric_limits<double>::infinity();
+    record.rows[0].residual_penetration = std::numeric_limits<double>::infinity();
     const std::string line = to_json_line(record);
-    EXPECT_NE(line.find("\"max_depth\":[null,"), std::string::npos) << line;
-    EXPECT_TRUE(std::isnan(record_from_json_line(line, "f", 1).rows[0].max_depth));
+    EXPECT_NE(line.find("\"residual_penetration\":[null,"), std::string::npos) << line;
+    EXPECT_TRUE(std::isnan(record_from_json_line(line, "f", 1).rows[0].residual_penetration));
 }
 
 TEST(RecordLine, RunWithoutRowsReadsBack) {
@@ -128,7 +128,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
     return text.replace(at, from.size(), to);
 }
 
-/// With file and line, and `place` in what is told.
+/// With file and line, and `place` in what is reported.
 void expect_refused(const std::string& line, const std::string& place) {
     try {
         record_from_json_line(line, "records.jsonl", 12);
@@ -150,17 +150,18 @@ TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
         {"[1,2]", "object"},
         {replaced(line, "\"repetition\":3", "\"repetition\":\"3\""), "/spec/repetition"},
         {replaced(line, "\"repetition\":3,", ""), "/spec/repetition"},
-        {replaced(line, "\"repetition\":3", "\"repetition\":3,\"extra\":1"), "extra"},
+        {replaced(line, "\"repetition\":3", "\"repetition\":3,\"false_positives\":1"), "false_positives"},
         {replaced(line, "\"pairs\":[5,5,5]", "\"pairs\":[5,5]"), "/rows/pairs"},
         {replaced(line, "\"pairs\":[5,5,5]", "\"pairs\":[5,null,5]"), "/rows/pairs/1"},
         {replaced(line, "\"pairs\":", "\"pears\":"), "pears"},
         {replaced(line, "\"mode\":\"closed_loop\"", "\"mode\":\"../elsewhere\""), "it names a file"},
         {replaced(line, "\"outcome\":\"unstable\"", "\"outcome\":\"fine\""), "/outcome"},
         // Texts that whoever reads the record takes as numbers.
-        {replaced(line, "\"spec\":{", "\"spec\":{\"reach_margin\":\"wide\","), "/spec/reach_margin"},
-        {replaced(line, "\"spec\":{", "\"spec\":{\"reach_margin\":\"1e3\","), "/spec/reach_margin"},
+        {replaced(line, "\"spec\":{", "\"spec\":{\"query_distance_margin\":\"wide\","), "/spec/query_distance_margin"},
+        {replaced(line, "\"spec\":{", "\"spec\":{\"query_distance_margin\":\"1e3\","), "/spec/query_distance_margin"},
         {replaced(line, "\"dirty\":\"no\"", "\"run.tissue_triangles\":\"2000 or so\""), "run.tissue_triangles"},
-        {replaced(line, "\"dirty\":\"no\"", "\"case.at_most.residual_max_m\":\"nan\""), "case.at_most.residual_max_m"},
+        {replaced(line, "\"dirty\":\"no\"", "\"case.at_most.residual_penetration_max_m\":\"nan\""),
+         "case.at_most.residual_penetration_max_m"},
     };
     for (const auto& bad : cases) expect_refused(bad.text, bad.place);
 }
@@ -222,7 +223,7 @@ TEST(RecordJson, ShortColumnsReadBackTheSame) {
                 row.tick = static_cast<std::int64_t>(i) + 7;
                 row.pairs = 3;
                 row.contacts_offered = static_cast<std::int64_t>(i * i);
-                if (i % every == 0 || i + 1 == count) row.max_depth = 0.5 + static_cast<double>(i);
+                if (i % every == 0 || i + 1 == count) row.residual_penetration = 0.5 + static_cast<double>(i);
                 record.rows.push_back(row);
             }
             const std::string line = to_json_line(record);
@@ -232,9 +233,11 @@ TEST(RecordJson, ShortColumnsReadBackTheSame) {
                 EXPECT_EQ(back.rows[i].tick, record.rows[i].tick);
                 EXPECT_EQ(back.rows[i].pairs, 3);
                 EXPECT_EQ(back.rows[i].contacts_offered, record.rows[i].contacts_offered);
-                EXPECT_EQ(std::isnan(back.rows[i].max_depth), std::isnan(record.rows[i].max_depth)) << i;
-                if (!std::isnan(record.rows[i].max_depth)) {
-                    EXPECT_EQ(back.rows[i].max_depth, record.rows[i].max_depth);
+                EXPECT_EQ(std::isnan(back.rows[i].residual_penetration),
+                          std::isnan(record.rows[i].residual_penetration))
+                    << i;
+                if (!std::isnan(record.rows[i].residual_penetration)) {
+                    EXPECT_EQ(back.rows[i].residual_penetration, record.rows[i].residual_penetration);
                 }
             }
             EXPECT_EQ(to_json_line(back), line);

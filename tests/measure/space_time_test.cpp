@@ -41,7 +41,7 @@ private:
     double step_;
 };
 
-/// What a perfect detector that looks at the frame alone would say.
+/// What a perfect detector that examines the frame alone would say.
 ContactSet discrete(const World& world) {
     ContactSet contacts;
     const auto corners = [&world](Index t) {
@@ -58,7 +58,7 @@ ContactSet discrete(const World& world) {
     return contacts;
 }
 
-TEST(SpaceTime, PlateThroughASheetWithinATickIsAMissForWhoLooksAtFrames) {
+TEST(SpaceTime, PlateThroughASheetWithinATickIsAMissForWhoSearchesAtFrames) {
     // Underside 0.9 mm above, 4 mm a tick: touches after 0.225 of the tick, is through after 0.475.
     FallingPlate plate(0.0009, 0.004);
     SpaceTimeTruth truth(plate.world().topology);
@@ -71,7 +71,7 @@ TEST(SpaceTime, PlateThroughASheetWithinATickIsAMissForWhoLooksAtFrames) {
         events.follow(plate.world().frame, dt, truth, contacts);
         StepRow row;
         judge_swept(plate.world().topology, truth, contacts, row);
-        EXPECT_EQ(row.missing_swept, row.true_swept);
+        EXPECT_EQ(row.swept_false_negatives, row.true_swept);
         EXPECT_EQ(row.true_swept > 0, tick == 1);
     }
     ASSERT_EQ(events.events().size(), 1U);
@@ -122,7 +122,7 @@ TEST(SpaceTime, ContactThatLastsToTheEndOfTheRunHasNoEnd) {
     EXPECT_TRUE(std::isnan(events.events().front().end));
 }
 
-TEST(SpaceTime, FrameThatIsNotFiniteTellsNothing) {
+TEST(SpaceTime, FrameThatIsNotFiniteReportsNothing) {
     FallingPlate plate(0.001, 0.001);
     World world = plate.world();
     SpaceTimeTruth truth(world.topology);
@@ -185,7 +185,7 @@ TEST(SpaceTime, SeesWhatDenseSamplingOfTheMotionSees) {
     EXPECT_GT(begun, 30);
 }
 
-TEST(JudgeSwept, CountsWhatIsNotToldAndWhatIsNotTrue) {
+TEST(JudgeSwept, CountsWhatIsNotReportedAndWhatIsNotTrue) {
     FallingPlate plate(0.0009, 0.004);
     plate.fall();
     SpaceTimeTruth truth(plate.world().topology);
@@ -200,16 +200,16 @@ TEST(JudgeSwept, CountsWhatIsNotToldAndWhatIsNotTrue) {
     StepRow row;
     judge_swept(plate.world().topology, truth, contacts, row);
     EXPECT_EQ(row.true_swept, count);
-    EXPECT_EQ(row.missing_swept, 1);
-    EXPECT_EQ(row.extra_swept, 1);
+    EXPECT_EQ(row.swept_false_negatives, 1);
+    EXPECT_EQ(row.swept_false_positives, 1);
     EXPECT_NEAR(row.swept_time_error, 0.125, 1e-12);
 
-    // A library that knows bodies only tells all of them at once; its time is that of the first.
+    // A library that knows bodies only reports all of them at once; its time is that of the first.
     contacts.swept = {{.body_a = 0, .body_b = 1, .time = 0.25}};
     StepRow by_bodies;
     judge_swept(plate.world().topology, truth, contacts, by_bodies);
-    EXPECT_EQ(by_bodies.missing_swept, 0);
-    EXPECT_EQ(by_bodies.extra_swept, 0);
+    EXPECT_EQ(by_bodies.swept_false_negatives, 0);
+    EXPECT_EQ(by_bodies.swept_false_positives, 0);
     EXPECT_NEAR(by_bodies.swept_time_error, 0.025, 1e-12);
 }
 
@@ -222,7 +222,7 @@ TEST(Record, EventsComeBackFromTheirLine) {
     record.rows.resize(1);
     record.rows[0].tick = 0;
     record.rows[0].true_swept = 3;
-    record.rows[0].missing_swept = 2;
+    record.rows[0].swept_false_negatives = 2;
     record.rows[0].swept_time_error = 0.5;
     const Record back = record_from_json_line(to_json_line(record), "file", 1);
     EXPECT_TRUE(back.spec.between_ticks);
@@ -231,7 +231,7 @@ TEST(Record, EventsComeBackFromTheirLine) {
     EXPECT_EQ(back.events[1].body_a, 1);
     EXPECT_TRUE(back.events[1].missed());
     EXPECT_TRUE(std::isnan(back.events[1].end));
-    EXPECT_EQ(back.rows[0].missing_swept, 2);
+    EXPECT_EQ(back.rows[0].swept_false_negatives, 2);
     EXPECT_EQ(back.rows[0].swept_time_error, 0.5);
     EXPECT_EQ(to_json_line(back), to_json_line(record));
     record.spec.between_ticks = false;

@@ -132,7 +132,7 @@ TEST(Bootstrap, DifferencesBetweenProcessesWidenTheInterval) {
     EXPECT_TRUE(std::isnan(bounds_of_median({}).low));
 }
 
-TEST(Bootstrap, TwoContestantsAreDrawnAlike) {
+TEST(Bootstrap, TwoMethodsAreDrawnAlike) {
     std::mt19937_64 random(5);
     std::vector<std::vector<double>> ours;
     std::vector<std::vector<double>> theirs;

@@ -76,7 +76,7 @@ std::string complaint(Ask&& ask) {
     return {};
 }
 
-TEST(ParameterValues, WhatLeftIsToldWithWhatReplacedIt) {
+TEST(ParameterValues, WhatLeftIsReportedWithWhatReplacedIt) {
     const std::vector<Parameter> declared{{.name = "way",
                                            .type = Parameter::Type::choice,
                                            .default_value = "short",
@@ -93,13 +93,13 @@ TEST(ParameterValues, WhatLeftIsToldWithWhatReplacedIt) {
     EXPECT_NE(asked("sped", "1").find("expected one of way"), std::string::npos) << asked("sped", "1");
 }
 
-TEST(Registry, EveryResponseTellsWhatTheDeviceTookOver) {
+TEST(Registry, EveryResponseReportsWhatTheDeviceTookOver) {
     for (const ResponseEntry& entry : registry().responses()) {
         for (const char* moved : {"tip", "saturation", "rate", "filter", "ramp"}) {
             const std::string key = std::string(moved) == "tip" ? "tip" : std::string("tip_") + moved;
-            const std::string told = complaint([&] { make_response(entry.name, {{key, "1"}}); });
-            EXPECT_EQ(told.rfind(entry.name + " has no parameter '" + key + "' any more", 0), 0U) << told;
-            EXPECT_NE(told.find(std::string("--device ") + moved + "="), std::string::npos) << told;
+            const std::string reported = complaint([&] { make_response(entry.name, {{key, "1"}}); });
+            EXPECT_EQ(reported.rfind(entry.name + " has no parameter '" + key + "' any more", 0), 0U) << reported;
+            EXPECT_NE(reported.find(std::string("--device ") + moved + "="), std::string::npos) << reported;
         }
         const std::string filter = complaint([&] { make_response(entry.name, {{"velocity_filter", "150"}}); });
         EXPECT_NE(filter.find("any more: nothing takes its place"), std::string::npos) << filter;
@@ -107,17 +107,17 @@ TEST(Registry, EveryResponseTellsWhatTheDeviceTookOver) {
 }
 
 TEST(Registry, WhatLeftAResponseIsDeclaredNoMore) {
-    std::size_t told = 0;
+    std::size_t reported = 0;
     for (const ResponseEntry& entry : registry().responses()) {
         std::set<std::string> once;
         for (const LeftSetting& gone : entry.left) {
-            EXPECT_TRUE(once.insert(gone.setting).second) << entry.name << " tells twice of " << gone.setting;
+            EXPECT_TRUE(once.insert(gone.setting).second) << entry.name << " reports twice of " << gone.setting;
             EXPECT_FALSE(gone.replaced.empty()) << entry.name << ": " << gone.setting;
             const std::size_t equals = gone.setting.find('=');
             const std::string name = gone.setting.substr(0, equals);
             const auto declared = std::find_if(entry.parameters.begin(), entry.parameters.end(),
                                                [&](const Parameter& parameter) { return parameter.name == name; });
-            ++told;
+            ++reported;
             if (equals == std::string::npos) {
                 EXPECT_EQ(declared, entry.parameters.end()) << entry.name << " declares '" << name << "' still";
                 continue;
@@ -130,7 +130,7 @@ TEST(Registry, WhatLeftAResponseIsDeclaredNoMore) {
             }
         }
     }
-    EXPECT_GT(told, left_every_response().size() * registry().responses().size()) << "no response of its own";
+    EXPECT_GT(reported, left_every_response().size() * registry().responses().size()) << "no response of its own";
 }
 
 TEST(Device, IsReadAsParametersOfAMethodAre) {
@@ -148,9 +148,9 @@ TEST(Device, IsReadAsParametersOfAMethodAre) {
     EXPECT_EQ(text_of(read_device(text_of(plain))), text_of(plain));
     for (const char* bad : {"tip", "tip=", "=sum", "tip=sum,", "tip=sum,tip=sum", "tip=shaft", "rate=-1", "rate=fast",
                             "colour=red", "tip_rate=500"}) {
-        const std::string told = complaint([&] { read_device(bad); });
-        EXPECT_EQ(told.rfind("device: ", 0), 0U) << bad << ": " << told;
-        EXPECT_EQ(told.find('\n'), std::string::npos) << told;
+        const std::string reported = complaint([&] { read_device(bad); });
+        EXPECT_EQ(reported.rfind("device: ", 0), 0U) << bad << ": " << reported;
+        EXPECT_EQ(reported.find('\n'), std::string::npos) << reported;
     }
 }
 

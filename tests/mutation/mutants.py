@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Would the tests notice? Changes one line of the product at a time and tells which test fails.
+"""Would the tests notice? Changes one line of the product at a time and says which test fails.
 
 ./test.sh mutants [N] calls this. A copy of the tracked files is made in build/mutants/tree and built in
 build/mutants/build; the clone itself is never changed. N places are drawn by a seed from all places that the rules fit.
 Each is changed, built, and held against the tests of its folder; then those that these let pass are held against all
 tests, which takes much longer. What was found stands in build/mutants/results.jsonl, and a run that is started again goes
 on where it stopped; what an earlier clone found is taken from tests/mutation/judged.jsonl, which is such a file. Tests that
-fail without any change are left out and told.
+fail without any change are left out and reported.
 
 Exit status: 0 all N were tried; 1 fewer than 90 in 100 of them were killed; 2 bad input; 130 interrupted.
 """
@@ -31,7 +31,7 @@ TESTS_OF = {
     "src/detect": ["detect", "contract"],
     "src/respond": ["respond", "contract"],
     "src/tissue": ["tissue", "contract"],
-    "src/source": ["source", "simulate"],
+    "src/contact_generation": ["source", "simulate"],
     "src/web": ["report", "view"],
     "src/trocar": ["house"],
 }
@@ -106,7 +106,7 @@ class Mutant:
         return f"{self.path}:{self.line}: {self.rule}: {before}  →  {after}"
 
 
-def tracked(tree):
+def tracked_proximity(tree):
     """Files of the clone that stand in `tree` too, which is itself or the copy (under build, which git does not see)."""
     listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=True,
                             capture_output=True).stdout.decode()
@@ -114,7 +114,7 @@ def tracked(tree):
 
 
 def product_files(tree):
-    names = [n for n in tracked(tree) if re.match(r"(src|baselines)/.*\.[ch]pp$", n)]
+    names = [n for n in tracked_proximity(tree) if re.match(r"(src|baselines)/.*\.[ch]pp$", n)]
     texts = {n: (tree / n).read_text() for n in names}
     included = {}
     for text in texts.values():
@@ -165,8 +165,8 @@ def digest_of(text):
 
 
 def copy_tree(target):
-    """What has changed alone is written, so that a second run builds little. Tells whether anything had."""
-    names = set(tracked(ROOT))
+    """What has changed alone is written, so that a second run builds little. Says whether anything had."""
+    names = set(tracked_proximity(ROOT))
     changed = False
     for name in names:
         source, copy = ROOT / name, target / name
@@ -184,7 +184,7 @@ def copy_tree(target):
 
 def tests_digest(tree):
     digest = hashlib.sha1()
-    for name in sorted(n for n in tracked(tree) if n.startswith("tests/")):
+    for name in sorted(n for n in tracked_proximity(tree) if n.startswith("tests/")):
         digest.update((tree / name).read_bytes())
     return digest.hexdigest()[:16]
 
@@ -213,7 +213,7 @@ class Workshop:
     def configure(self, changed=()):
         # Files that will be changed are compiled alone: a mutant costs its own file.
         alone = ";".join(str(self.tree / name) for name in changed)
-        # A place behind the end of a list is what the tests under ASan would tell; here the library's own checks do.
+        # A place behind the end of a list is what the tests under ASan would report; here the library's own checks do.
         arguments = ["-DCMAKE_BUILD_TYPE=Release", "-DTROCAR_WERROR=OFF",
                      "-DCMAKE_CXX_FLAGS_RELEASE=-O2 -DNDEBUG -D_GLIBCXX_ASSERTIONS",
                      "-DTROCAR_PRECOMPILED=ON", "-DTROCAR_UNITY=ON", f"-DTROCAR_ALONE={alone}",
@@ -228,7 +228,7 @@ class Workshop:
             sys.exit(f"mutants: the unchanged tree does not build:\n{output[-3000:]}")
 
     def compiled(self):
-        """Sources that this build compiles: not those of rivals whose library is absent."""
+        """Sources that this build compiles: not those of baselines whose library is absent."""
         files = []
         for command in json.loads((self.build / "compile_commands.json").read_text()):
             file = pathlib.Path(command["directory"], command["file"])
@@ -246,18 +246,18 @@ class Workshop:
         if folder:
             only += ["-LE", "long"]  # these wait until all are asked
         passed_alone = []
-        while told := self.told_by_ctest(place, only, self.left_out + passed_alone):
+        while reported := self.reported_by_ctest(place, only, self.left_out + passed_alone):
             # Others may have had the machine: what ran out of time is asked once more, alone.
-            late = [name for name, why in told if why == "Timeout"]
-            if all_of_them or len(late) < len(told):
-                return [name for name, _ in told]
+            late = [name for name, why in reported if why == "Timeout"]
+            if all_of_them or len(late) < len(reported):
+                return [name for name, _ in reported]
             for name in late:
-                if self.told_by_ctest(place, ["-R", f"^{re.escape(name)}$"], []):
+                if self.reported_by_ctest(place, ["-R", f"^{re.escape(name)}$"], []):
                     return [name]
             passed_alone += late
         return []
 
-    def told_by_ctest(self, place, arguments, left_out):
+    def reported_by_ctest(self, place, arguments, left_out):
         """Name and reason of each test that failed."""
         command = ["ctest", "--test-dir", str(place), f"-j{self.jobs}", "--timeout", str(self.limit), *arguments]
         if left_out:
@@ -265,10 +265,10 @@ class Workshop:
         status, output = self.run(command, 7200)
         if status == 0:
             return []
-        told = re.findall(r"^\s*\d+ - (\S+) \((?!Skipped|Disabled)([^)]*)\)", output, re.MULTILINE)
-        if not told:
+        reported = re.findall(r"^\s*\d+ - (\S+) \((?!Skipped|Disabled)([^)]*)\)", output, re.MULTILINE)
+        if not reported:
             sys.exit(f"mutants: expected ctest to name what failed, found\n{output[-3000:]}")
-        return told
+        return reported
 
     def judge(self, mutant, by_all):
         """killed, does not compile, or not killed: `survived` where `by_all` asks all tests, else PASSED; and by which."""

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "geometry/input_error.hpp"
 #include "playback/frame_fields.hpp"
 #include "scene/recording.hpp"
@@ -41,7 +41,8 @@ std::vector<std::int64_t> ticks_of(const std::vector<PlayedFrame>& frames) {
 
 TEST(Playback, IsTheVeryRunOfTheRecord) {
     const Scene scene = test::scene_from_text(test::poke_text());
-    for (const RunSpec& spec : {closed_loop("hold", "tracked"), closed_loop("penalty", "canonical")}) {
+    for (const RunSpec& spec :
+         {closed_loop("unilateral", "tracked_proximity"), closed_loop("penalty", "intersection")}) {
         const Record recorded = run_closed_loop(scene, spec);
         std::vector<PlayedFrame> frames;
         const Record played = play(scene, spec, {}, {}, [&](const PlayedFrame& frame) { frames.push_back(frame); });
@@ -51,17 +52,18 @@ TEST(Playback, IsTheVeryRunOfTheRecord) {
         double deepest = 0.0;
         for (std::size_t i = 0; i < frames.size(); ++i) {
             EXPECT_EQ(frames[i].tick, recorded.rows[i].tick);
-            EXPECT_DOUBLE_EQ(frames[i].row.max_depth, recorded.rows[i].max_depth);
-            EXPECT_LE(frames[i].deepest_vertex(), recorded.rows[i].max_depth) << "the record looks at vertices too";
+            EXPECT_DOUBLE_EQ(frames[i].row.residual_penetration, recorded.rows[i].residual_penetration);
+            EXPECT_LE(frames[i].deepest_vertex(), recorded.rows[i].residual_penetration)
+                << "the record examines vertices too";
             deepest = std::max(deepest, frames[i].deepest_vertex());
         }
-        EXPECT_TRUE(deepest > 0.0 || spec.response == "hold") << "what is held does not cross";
+        EXPECT_TRUE(deepest > 0.0 || spec.response == "unilateral") << "what is held does not cross";
     }
 }
 
 TEST(Playback, TurnsTheKnobsOfTheSpecification) {
     const Scene scene = test::scene_from_text(test::poke_text());
-    RunSpec spec = closed_loop("penalty", "canonical");
+    RunSpec spec = closed_loop("penalty", "intersection");
     const std::string plain = run_closed_loop(scene, spec).state_hash;
     spec.overrides = "k=400";
     std::uint64_t last = 0;
@@ -95,8 +97,8 @@ TEST(Playback, ShowsAReplayWithoutForces) {
 
 TEST(Playback, RefusesWhatHasNoSingleMotion) {
     const Scene scene = test::scene_from_text(test::poke_text());
-    RunSpec spec = closed_loop("penalty", "canonical");
-    for (const char* mode : {"certificate", "triangle_pair", "no_such_mode"}) {
+    RunSpec spec = closed_loop("penalty", "intersection");
+    for (const char* mode : {"metamorphic", "triangle_pair", "no_such_mode"}) {
         spec.mode = mode;
         EXPECT_THROW(play(scene, spec, {}, {}, [](const PlayedFrame&) {}), InputError) << mode;
     }
@@ -122,7 +124,7 @@ TEST(Playback, DepthOfTissueIsThatOfSolidAnglesAndBruteForce) {
     ASSERT_EQ(scene.topology.bodies[0].name, "tool");
     const Range sheet = scene.topology.bodies[1].vertices;
     int inside = 0;
-    for (const PlayedFrame& frame : frames_of(scene, closed_loop("penalty", "canonical"), {.every = 7})) {
+    for (const PlayedFrame& frame : frames_of(scene, closed_loop("penalty", "intersection"), {.every = 7})) {
         for (Index vertex = sheet.first; vertex < sheet.end(); ++vertex) {
             const double depth = frame.depth[static_cast<std::size_t>(vertex)];
             EXPECT_NEAR(depth, depth_in(scene.topology, tool, frame.position, frame.position.col(vertex)), 1e-12);
@@ -135,7 +137,7 @@ TEST(Playback, DepthOfTissueIsThatOfSolidAnglesAndBruteForce) {
 TEST(Playback, ToolPushesTissueAsTissuePushesTheTool) {
     const Scene scene = test::scene_from_text(test::poke_text());
     double largest = 0.0;
-    for (const PlayedFrame& frame : frames_of(scene, closed_loop("hold", "tracked"))) {
+    for (const PlayedFrame& frame : frames_of(scene, closed_loop("unilateral", "tracked_proximity"))) {
         ASSERT_EQ(frame.tools.size(), 1U);
         EXPECT_EQ(scene.topology.bodies[static_cast<std::size_t>(frame.tools[0].body)].name, "tool");
         EXPECT_TRUE(frame.tools[0].force.isApprox(frame.row.tool_force, 1e-12) || frame.row.tool_force.norm() == 0.0);
@@ -161,18 +163,18 @@ TEST(Playback, OfTheContactsOfAResponseThoseThatPenetrateOrPushAreShownWithTheir
         Vector3 force;
     };
     const Scene scene = test::scene_from_text(test::poke_text());
-    std::vector<std::vector<Acting>> told;  // by tick, as response and stepper say themselves
+    std::vector<std::vector<Acting>> reported;  // by tick, as response and stepper say themselves
     std::size_t idle = 0;
     std::size_t deep = 0;
     RunLimits limits;
     limits.observe = [&](const Simulation& simulation, const StepRow&) {
-        told.emplace_back();
-        const std::vector<LinearContact>& contacts = simulation.effect().contacts;
+        reported.emplace_back();
+        const std::vector<ContactForceLaw>& contacts = simulation.output().contacts;
         for (std::size_t c = 0; c < contacts.size(); ++c) {
-            const Vector3 force = simulation.contact_loads().at(c).force;
+            const Vector3 force = simulation.contact_forces().at(c).force;
             const bool is_inside = contacts[c].gap < 0.0;
             if (is_inside || force.norm() > 0.0) {
-                told.back().push_back({is_inside ? -contacts[c].gap : 0.0, force});
+                reported.back().push_back({is_inside ? -contacts[c].gap : 0.0, force});
             } else {
                 ++idle;
             }
@@ -180,17 +182,17 @@ TEST(Playback, OfTheContactsOfAResponseThoseThatPenetrateOrPushAreShownWithTheir
         }
     };
     std::vector<PlayedFrame> frames;
-    const Record record = play(scene, closed_loop("hold", "tracked"), limits, {},
+    const Record record = play(scene, closed_loop("unilateral", "tracked_proximity"), limits, {},
                                [&](const PlayedFrame& frame) { frames.push_back(frame); });
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-    ASSERT_EQ(frames.size(), told.size());
+    ASSERT_EQ(frames.size(), reported.size());
     for (std::size_t tick = 0; tick < frames.size(); ++tick) {
         std::vector<PlayedContact> shown = frames[tick].contacts;
         std::erase_if(shown, [](const PlayedContact& contact) { return contact.kind != ActingKind::pushed; });
-        ASSERT_EQ(shown.size(), told[tick].size()) << tick;
+        ASSERT_EQ(shown.size(), reported[tick].size()) << tick;
         for (std::size_t c = 0; c < shown.size(); ++c) {
-            EXPECT_EQ(shown[c].depth, told[tick][c].depth) << tick;
-            EXPECT_EQ(shown[c].force, told[tick][c].force) << tick;
+            EXPECT_EQ(shown[c].depth, reported[tick][c].depth) << tick;
+            EXPECT_EQ(shown[c].force, reported[tick][c].force) << tick;
         }
     }
     EXPECT_GT(idle, 0U) << "some are only near";
@@ -199,12 +201,12 @@ TEST(Playback, OfTheContactsOfAResponseThoseThatPenetrateOrPushAreShownWithTheir
 
 TEST(Playback, ShowsTheTicksThatAreAskedForOnce) {
     const Scene scene = test::scene_from_text(test::poke_text());
-    const RunSpec spec = closed_loop("none", "canonical");  // deepest where its script ends
+    const RunSpec spec = closed_loop("none", "intersection");  // deepest where its script ends
     std::int64_t deepest = -1;
     double depth = -1.0;
     for (const StepRow& row : run_closed_loop(scene, spec).rows) {
-        if (row.max_depth > depth) {
-            depth = row.max_depth;
+        if (row.residual_penetration > depth) {
+            depth = row.residual_penetration;
             deepest = row.tick;
         }
     }
@@ -220,7 +222,7 @@ TEST(Playback, ShowsTheTicksThatAreAskedForOnce) {
 
 TEST(Playback, DisplacementStartsAtZeroAndIsTheWayFromTheFirstFrame) {
     const Scene scene = test::scene_from_text(test::poke_text());
-    for (const PlayedFrame& frame : frames_of(scene, closed_loop("hold", "tracked"), {.every = 20})) {
+    for (const PlayedFrame& frame : frames_of(scene, closed_loop("unilateral", "tracked_proximity"), {.every = 20})) {
         EXPECT_EQ(frame.displacement, frame.position - scene.first.position);
         const Range tool = scene.topology.bodies[0].vertices;
         const double down = std::min(1.0, frame.time / 0.04) * 0.005;
@@ -287,7 +289,7 @@ TEST(PlayRecording, ShowsTheFramesOfTheFileWithoutContacts) {
     EXPECT_TRUE(frames[1].tools.empty());
 }
 
-TEST(PlayRecording, EndsEarlyWhenToldSoAndRefusesWhatIsNotFinite) {
+TEST(PlayRecording, EndsEarlyWhenReportedSoAndRefusesWhatIsNotFinite) {
     const StretchedStrip strip;
     const test::TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "strip.trocrec";

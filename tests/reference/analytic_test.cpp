@@ -21,14 +21,14 @@ constexpr const char* faithful = "thesis";
 Simulation simulate(const Scene& scene, const std::string& method) {
     const MethodSpec spec = parse_method(method);
     return Simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                      registry().source(default_source(spec)));
+                      registry().contact_generator(default_contact_generator(spec)));
 }
 
 /// A needle whose hand wants its point `press` metres below the top of a rigid block, k and mu as given. What counts as
 /// its tip is 10 mm further up, so that the proxy of `faithful` has nothing to hold.
 std::string needle_on_block(double press, double k, double mu, double x = 0.011, double y = 0.017) {
     return fmt::format(
-        R"({{"format":"trocar-scene-1","name":"needle","unit":"m","dt":0.0002,"ticks":10,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"needle","unit":"m","dt":0.0002,"ticks":10,"seed":1,"bodies":[
       {{"name":"block","kind":"rigid","closed":true,"parts":[{{"shape":"box","size":[0.1,0.1,0.02],"edge":0.01}}],
        "pose":[0,0,-0.01,0,0,0]}},
       {{"name":"tool","kind":"instrument","closed":true,"tip":[0,0,0.01],
@@ -40,7 +40,7 @@ std::string needle_on_block(double press, double k, double mu, double x = 0.011,
 }
 
 TEST(Analytic, PointOnAPlaneSpringRestsWhereTheSpringsBalance) {
-    // Hand spring 300 N/m in series with the contact: force = 300 press k / (300 + k). `faithful` answers once per
+    // Virtual coupling 300 N/m in series with the contact: force = 300 press k / (300 + k). `faithful` answers once per
     // triangle at the needle's point, so that it acts as a spring that many times as stiff.
     std::mt19937 engine(20);
     const auto between = [&](double low, double high) {
@@ -78,7 +78,7 @@ TEST(Analytic, HandAtRestOnTissueHoldsTheForceOfItsSpring) {
     for (const char* method : {corrected, faithful, "penalty", "impulse"}) {
         const MethodSpec spec = parse_method(method);
         Simulation simulation(scene, make_detector("ohc"), make_response(spec.name, spec.parameters),
-                              registry().source(default_source(spec)));
+                              registry().contact_generator(default_contact_generator(spec)));
         StepRow row;
         double force = 0.0;
         double spring = 0.0;
@@ -105,7 +105,7 @@ TEST_P(ImpactOnAPlane, IsADampedOscillator) {
     // first contact on: m z'' + (1 + 3 + mu) z' + (300 + k) z = 300 z_target, until it parts.
     const auto [press, k, mu] = GetParam();
     const Scene scene = test::scene_from_text(needle_on_block(press, k, mu));
-    Simulation simulation = simulate(scene, "hold");
+    Simulation simulation = simulate(scene, "unilateral");
     const double m = 0.1;
     const double rest = -300.0 * press / (300.0 + k);
     const std::complex<double> lambda(-(4.0 + mu) / (2.0 * m),
@@ -151,7 +151,7 @@ INSTANTIATE_TEST_SUITE_P(Analytic, ImpactOnAPlane,
 /// A lone triangle of tissue, two corners of which are held.
 std::string hinged_corner(double x, double y, double youngs_modulus, double thickness, double preload, double drag) {
     return fmt::format(
-        R"({{"format":"trocar-scene-1","name":"corner","unit":"m","dt":0.0001,"ticks":10,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"corner","unit":"m","dt":0.0001,"ticks":10,"seed":1,"bodies":[
       {{"name":"skin","kind":"tissue","closed":false,"side":"front",
        "parts":[{{"shape":"triangle","corners":[[0,0,0],[0.01,0,0],[{},{},0]]}}],
        "tissue":{{"preload":{},"pinned":[0,1],"youngs_modulus":{},"thickness":{},"drag":{},"damping":0}}}}]}})",
@@ -179,7 +179,7 @@ TEST(Analytic, CornerOfTissueSwingsAsADampedOscillator) {
         }
         const double a = 0.5 * c.drag;
         const double w = std::sqrt(stiffness / m - a * a);
-        Simulation simulation = simulate(scene, "hold");
+        Simulation simulation = simulate(scene, "unilateral");
         double worst = 0.0;
         const int ticks = static_cast<int>(2.5 * 2.0 * std::numbers::pi / w / scene.dt);
         for (int tick = 1; tick <= ticks; ++tick) {
@@ -196,7 +196,7 @@ TEST(Analytic, CornerOfTissueSwingsAsADampedOscillator) {
 /// One triangle of tissue in the plane z = 0 and one that stands on its corner 0.3 mm below it, no pins, no preload.
 std::string two_triangles(double x, double y, double density) {
     return fmt::format(
-        R"({{"format":"trocar-scene-1","name":"impact","unit":"m","dt":0.0001,"ticks":10,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"impact","unit":"m","dt":0.0001,"ticks":10,"seed":1,"bodies":[
       {{"name":"face","kind":"tissue","closed":false,"side":"front",
        "parts":[{{"shape":"triangle","corners":[[0,0,0],[0.02,0,0],[0,0.02,0]]}}],
        "tissue":{{"preload":0,"pinned":"none","density":{}}}}},
@@ -234,8 +234,8 @@ TEST(Analytic, TwoBodyImpactKeepsMomentumAndTheCorrectedOneItsRestitution) {
         // The air drag of METHODS §4 (5 1/s) takes its share of one tick, nothing else does.
         EXPECT_NEAR(after.z(), before.z() * std::exp(-5.0 * scene.dt), 1e-6 * std::abs(before.z())) << method;
         const auto after_impact = [&](Index v) {
-            for (const Placement& placement : simulation.effect().placements) {
-                if (placement.vertex == v) return placement.velocity;
+            for (const PositionCorrection& position_correction : simulation.output().position_corrections) {
+                if (position_correction.vertex == v) return position_correction.velocity;
             }
             return Vector3(scene.first.velocity.col(v));
         };
@@ -273,7 +273,7 @@ TEST_P(PressedMembrane, SagsAsItsGreensFunction) {
     const double a = p.columns * p.edge;
     const double b = p.rows * p.edge * std::sqrt(0.75);
     const std::string text = fmt::format(
-        R"({{"format":"trocar-scene-1","name":"membrane","unit":"m","dt":0.001,"ticks":1,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"membrane","unit":"m","dt":0.001,"ticks":1,"seed":1,"bodies":[
       {{"name":"skin","kind":"tissue","closed":false,"side":"front",
        "parts":[{{"shape":"sheet","size":[{},{}],"edge":{}}}],
        "tissue":{{"preload":{},"pinned":"rim","youngs_modulus":{},"thickness":{},"drag":60}}}},
@@ -283,7 +283,7 @@ TEST_P(PressedMembrane, SagsAsItsGreensFunction) {
                                               {{"time":0.3,"pose":[{},{},{},0,0,0]}}]}}}}]}})",
         a, b, p.edge, p.preload, p.modulus, p.thickness, p.x, p.y, p.x, p.y, -p.depth);
     const Scene scene = test::scene_from_text(text);
-    Simulation simulation = simulate(scene, "hold");
+    Simulation simulation = simulate(scene, "unilateral");
     StepRow row;
     for (int tick = 0; tick < 1000; ++tick) row = simulation.step();
     ASSERT_EQ(row.outcome, OutcomeKind::ok);
@@ -326,7 +326,7 @@ INSTANTIATE_TEST_SUITE_P(Analytic, PressedMembrane,
 std::string needle_on_ball(double radius, double heading, double angle, double depth) {
     const double r = radius - depth;
     return fmt::format(
-        R"({{"format":"trocar-scene-1","name":"slide","unit":"m","dt":0.001,"ticks":1,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"slide","unit":"m","dt":0.001,"ticks":1,"seed":1,"bodies":[
       {{"name":"ball","kind":"rigid","closed":true,"parts":[{{"shape":"sphere","radius":{},"edge":{}}}]}},
       {{"name":"tool","kind":"instrument","closed":true,"tip":[0,0,0.01],
        "parts":[{{"shape":"needle","radius":0.0005,"length":0.03,"tip_length":0.01,"edge":0.001}}],
@@ -366,7 +366,7 @@ TEST(Analytic, GapForceOnASlideOverASpherePointsAwayFromItsCentre) {
         for (const auto& [radius, heading, depth] :
              {std::tuple{0.03, std::atan2(0.6, 0.8), 0.0008}, {0.07, -1.1, 0.00189}}) {
             SCOPED_TRACE(fmt::format("radius {} heading {}", radius, heading));
-            const Worst blended = slide("hold", radius, heading, depth);
+            const Worst blended = slide("unilateral", radius, heading, depth);
             const Worst by_face = slide(faithful, radius, heading, depth);
             // Faces of about a fifth of the radius lean by up to edge / (sqrt3 radius) = 0.115.
             EXPECT_LT(blended.angle, 0.06);

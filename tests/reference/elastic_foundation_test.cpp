@@ -62,7 +62,7 @@ TEST(ElasticFoundation, OfAGivenLawIsItsStiffnessForEveryVertexOnceForAPair) {
 }
 
 TEST(ElasticFoundation, DependsOnTheDepthsAloneWhateverWayTheBodiesCame) {
-    // Samples clear of the other body are not looked at until something has moved as far: neither many small steps of
+    // Samples clear of the other body are not examined until something has moved as far: neither many small steps of
     // both bodies nor one that takes every vertex to minus its place may hide a depth.
     const Scene scene = two_triangles(BodyKind::instrument, {.k = std::nan(""), .mu = 0.0});
     const auto energy_at = [](double deep) { return 0.5 * 3e6 * area * deep * deep; };
@@ -70,9 +70,9 @@ TEST(ElasticFoundation, DependsOnTheDepthsAloneWhateverWayTheBodiesCame) {
     ElasticFoundation foundation(scene, {{0, 1}}, 3, scene.first.position);
     Matrix3X x = scene.first.position;
     for (int i = 0; i < 60; ++i) {
-        const double way = i < 30 ? 1.0 : -1.0;
-        if (i % 2 == 0) x.row(2).head(3).array() -= 7e-5 * way;
-        if (i % 2 == 1) x.row(2).tail(3).array() += 5e-5 * way;
+        const double path = i < 30 ? 1.0 : -1.0;
+        if (i % 2 == 0) x.row(2).head(3).array() -= 7e-5 * path;
+        if (i % 2 == 1) x.row(2).tail(3).array() += 5e-5 * path;
         const double deep = std::max(0.0, x(2, 3) - x(2, 0));
         EXPECT_NEAR(foundation.energy(x, 0.0, nullptr, gap), energy_at(deep), 1e-15) << i;
     }

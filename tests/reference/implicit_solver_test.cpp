@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "reference/build_reference.hpp"
 #include "reference/implicit_solver.hpp"
 #include "simulate/overrides.hpp"
@@ -322,12 +322,12 @@ TEST(ImplicitSolver, OperatorAgainstAHardPlateRestsWhereHandSpringAndContactBala
     // An operator's small plate is led 2 mm beyond a fixed one: it stays, and the hand pulls with k times the rest.
     Motion motion = moving({0, 0, 0.001}, {0, 0, -0.002}, 0.05);
     motion.drive = Drive::simulated_operator;
-    Piece led = plate(0.003, motion);
-    led.body.name = "led";
+    Piece driven = plate(0.003, motion);
+    driven.body.name = "led";
     Piece fixed = plate(0.05, std::nullopt);
     fixed.body.kind = BodyKind::rigid;
     fixed.local.row(0).array() += 0.0007;
-    Scene scene = make_scene({led, fixed}, 1000.0, 2.0);
+    Scene scene = make_scene({driven, fixed}, 1000.0, 2.0);
     ImplicitSolver solver(scene, {.time_step = 0.002, .rest_gap = 1e-5});
     for (int i = 0; i < 400; ++i) ASSERT_TRUE(solver.step()) << solver.message();
     EXPECT_NEAR(solver.force_on(0).z(), 300.0 * 0.002, 300.0 * 1.1e-5);
@@ -487,7 +487,7 @@ TEST(BuildReference, StoresForceAndPlacesFromTheStartOnAndTheSmallestGap) {
     }
     EXPECT_GT(hard.worst_gap, 0.0);
     EXPECT_LE(hard.worst_gap, hard.rest_gap);
-    // All corners go the same way and are closer to each other than places are told.
+    // All corners go the same way and are closer to each other than places are reported.
     ASSERT_EQ(hard.points.size(), 1U);
     const Index point = hard.points[0];
     EXPECT_TRUE(point >= 4 && point < 7) << point;
@@ -502,7 +502,7 @@ TEST(BuildReference, StoresForceAndPlacesFromTheStartOnAndTheSmallestGap) {
 }
 
 TEST(BuildReference, RefinementsAreComparedUpToTheLastTick) {
-    // The plate comes down in the last 6 of 30 ms, so that of the force at 0, 10, 20 and 30 ms the last alone tells
+    // The plate comes down in the last 6 of 30 ms, so that of the force at 0, 10, 20 and 30 ms the last alone reports
     // steps apart: those of 4 ms end at 28 ms, 1 mm and 3 · 80 · 0.001 N before the others.
     Scene scene = plate_on_springs(0.002, 80.0, 0.0, 0.05, 1000.0, 0.0);
     const Vector3 above(0.001, 0.002, 0.001);
@@ -519,8 +519,8 @@ TEST(BuildReference, RefinementsAreComparedUpToTheLastTick) {
 }
 
 /// A level plate that begins in a triangle: above its third corner, which hangs 6 mm lower, and below the others.
-/// `way`: where the script leads it second by second, while the scene lasts 60 ms.
-Scene plate_through_triangle(const std::vector<Vector3>& way) {
+/// `path`: where the script leads it second by second, while the scene lasts 60 ms.
+Scene plate_through_triangle(const std::vector<Vector3>& path) {
     Scene scene = plate_on_springs(0.003, 80.0, 0.0, 0.05, 1000.0, 0.0);
     scene.dt = 0.001;
     scene.ticks = 60;
@@ -528,7 +528,7 @@ Scene plate_through_triangle(const std::vector<Vector3>& way) {
     scene.materials.springs[2].rest = 0.026;
     std::vector<MotionKey>& keys = scene.bodies[0].motion->keys;
     keys.clear();
-    for (const Vector3& place : way) keys.push_back({.time = static_cast<double>(keys.size()), .translation = place});
+    for (const Vector3& place : path) keys.push_back({.time = static_cast<double>(keys.size()), .translation = place});
     place_body(scene.bodies[0], scene.topology.bodies[0].vertices, scene.bodies[0].motion->pose_at(0.0),
                scene.first.position);
     return scene;

@@ -56,7 +56,7 @@ TEST_P(StoredReference, BelongsToItsSceneAndSaysHowGoodItIs) {
         EXPECT_GT(solution->until, 0.0);
     }
     EXPECT_FALSE(stored.hard.available && stored.hard.worst_gap <= 0.0);
-    if (lacks_data(file, data_folder())) GTEST_SKIP() << "no data: whether it is stale cannot be told";
+    if (lacks_data(file, data_folder())) GTEST_SKIP() << "no data: whether it is stale cannot be reported";
     const Scene scene = read_scene(file, data_folder());
     EXPECT_EQ(find_reference(scene).state, ReferenceState::present)
         << "stale; make it anew with: trocar reference scenes/" << GetParam() << ".json";
@@ -170,7 +170,7 @@ TEST(StoredReference, ComesBackFromItsFileAndComplainsAboutABrokenOne) {
 
 FoundReference found_ramp() { return {.state = ReferenceState::present, .reference = ramp()}; }
 
-TEST(ReferenceComparison, AConstantErrorIsToldAsItIs) {
+TEST(ReferenceComparison, AConstantErrorIsReportedAsItIs) {
     const FoundReference found = found_ramp();
     ReferenceComparison comparison(found, 0.001);
     Matrix3X position = Matrix3X::Zero(3, 2);
@@ -251,9 +251,9 @@ TEST(StoredReferences, ATurnedStiffnessHasItsOwnEqualKAndTheSceneHardContact) {
         apply_overrides(fmt::format("k={}", k), scene);
         return scene;
     };
-    const auto store = [&](Reference reference, double turned_k, double told_k, const std::string& hash) {
+    const auto store = [&](Reference reference, double turned_k, double reported_k, const std::string& hash) {
         reference.scene_hash = hash;
-        reference.turned_k = told_k;
+        reference.turned_k = reported_k;
         std::ofstream(reference_file(file, turned_k)) << to_json(reference);
     };
     const std::string hash = fmt::format("{:016x}", own.hash);

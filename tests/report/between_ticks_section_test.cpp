@@ -9,9 +9,9 @@
 namespace trocar {
 namespace {
 
-/// A replay of 1 ms ticks with four contacts of a quarter of a tick, of which the first `missed` were never told.
+/// A replay of 1 ms ticks with four contacts of a quarter of a tick, of which the first `missed` were never reported.
 Record replay(const std::string& detector, int missed) {
-    Record record = test::synthetic({.mode = "replay", .detector = detector, .left_mm = std::nan("")});
+    Record record = test::synthetic({.mode = "replay", .detector = detector, .residual_mm = std::nan("")});
     record.spec.between_ticks = true;
     for (std::size_t i = 0; i < record.rows.size(); ++i) {
         record.rows[i].tick = static_cast<std::int64_t>(i);
@@ -29,8 +29,8 @@ Record replay(const std::string& detector, int missed) {
     return record;
 }
 
-TEST(BetweenTicksSection, TellsTheShareMissedBesideTheChanceOfOneLookPerTick) {
-    const std::string report = test::whole(make_report({replay("looks", 3), replay("follows", 0)}));
+TEST(BetweenTicksSection, ReportsTheShareMissedBesideTheChanceOfOneLookPerTick) {
+    const std::string report = test::whole(make_report({replay("searches", 3), replay("follows", 0)}));
     EXPECT_NE(report.find("## Between the ticks"), std::string::npos);
     EXPECT_NE(report.find("| `looks` | 4 | 3 | 250 | 900 |"), std::string::npos) << "latencies in µs";
     EXPECT_NE(report.find("| `follows` | 4 | 0 |"), std::string::npos);
@@ -42,7 +42,7 @@ TEST(BetweenTicksSection, TellsTheShareMissedBesideTheChanceOfOneLookPerTick) {
 }
 
 TEST(BetweenTicksSection, WhoMissesContactsBetweenFramesDoesNotComeFirstForBeingFast) {
-    Record fast = replay("looks", 3);
+    Record fast = replay("searches", 3);
     fast.summary["total_median_ns"] = 1.0;
     const Report report = make_report({fast, replay("follows", 0)});
     const std::string& page = test::whole(report);
@@ -55,7 +55,7 @@ TEST(BetweenTicksSection, WhoMissesContactsBetweenFramesDoesNotComeFirstForBeing
 }
 
 TEST(BetweenTicksSection, NoNameOfASceneLeadsItsChartOutOfTheFolder) {
-    Record record = replay("looks", 3);
+    Record record = replay("searches", 3);
     record.spec.scene = "../../elsewhere";
     const Report report = make_report({record});
     bool drawn = false;

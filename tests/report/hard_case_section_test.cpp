@@ -1,4 +1,4 @@
-// Every word of the hard-case matrix and of the certificate, from records made by hand.
+// Every word of the hard-case matrix and of the metamorphic test, from records made by hand.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,8 @@ Record hard_case(const std::string& name, const std::string& detector, OutcomeKi
     record.spec.mode = "hard_case";
     record.rows.clear();
     record.outcome = {kind, ""};
-    record.summary = {{"true_pairs", 2.0}, {"judged_ticks", 1.0}, {"missing", missing}, {"extra", extra}};
+    record.summary = {
+        {"true_pairs", 2.0}, {"judged_ticks", 1.0}, {"false_negatives", missing}, {"false_positives", extra}};
     record.environment["case.of"] = "made up";
     record.environment["case.reason"] = "because";
     record.environment["case.outcome"] = "ok";
@@ -48,24 +49,25 @@ TEST(HardCaseSection, OurOwnMethodsStandFirst) {
 }
 
 TEST(HardCaseSection, WhereAFailureIsTheRightAnswerSilenceIsWrong) {
-    Record told = hard_case("nan", "a", OutcomeKind::not_finite);
+    Record reported = hard_case("nan", "a", OutcomeKind::not_finite);
     Record silent = hard_case("nan", "b");
     Record other = hard_case("nan", "c", OutcomeKind::crashed);
-    for (Record* record : {&told, &silent, &other}) record->environment["case.outcome"] = "not_finite";
-    const std::string page = page_of({told, silent, other});
-    EXPECT_NE(page.find("| told as not_finite | ok | not told | crash |"), std::string::npos) << page;
+    for (Record* record : {&reported, &silent, &other}) record->environment["case.outcome"] = "not_finite";
+    const std::string page = page_of({reported, silent, other});
+    EXPECT_NE(page.find("| reported as not_finite | ok | not reported | crash |"), std::string::npos) << page;
 }
 
-TEST(HardCaseSection, ABrokenBoundIsToldWithItsFigure) {
+TEST(HardCaseSection, ABrokenBoundIsReportedWithItsFigure) {
     std::vector<Record> records{hard_case("stab", "a"), hard_case("stab", "a"), hard_case("stab", "a")};
     const double left[] = {1e-4, 2.5e-4, std::nan("")};
     for (std::size_t k = 0; k < 3; ++k) {
         records[k].spec.response = "r" + std::to_string(k);
-        records[k].summary["residual_max_m"] = left[k];
-        records[k].environment["case.at_most.residual_max_m"] = "0.0001";
+        records[k].summary["residual_penetration_max_m"] = left[k];
+        records[k].environment["case.at_most.residual_penetration_max_m"] = "0.0001";
     }
     const std::string page = page_of(records);
-    EXPECT_NE(page.find("| residual_max_m ≤ 0.100 mm | ok | residual_max_m 0.250 mm | residual_max_m n/a |"),
+    EXPECT_NE(page.find("| residual_penetration_max_m ≤ 0.100 mm | ok | residual_penetration_max_m 0.250 mm | "
+                        "residual_penetration_max_m n/a |"),
               std::string::npos)
         << page;
 }
@@ -141,42 +143,42 @@ TEST(HardCaseSection, EveryTableStandsUnderItsNameWithTheCasesThatAreItsOwn) {
     }
 }
 
-Record certificate(const std::string& detector, const std::string& response, std::int64_t repetition,
+Record metamorphic(const std::string& detector, const std::string& response, std::int64_t repetition,
                    const std::string& hash) {
     Record record = hard_case("scene", detector);
-    record.spec.mode = "certificate";
+    record.spec.mode = "metamorphic";
     record.spec.response = response;
     record.spec.repetition = repetition;
     record.state_hash = hash;
-    record.summary = {{"certificate_pairs", 50.0}};
+    record.summary = {{"metamorphic_pairs", 50.0}};
     return record;
 }
 
-TEST(CertificateSection, TellsYesHowFarOffAndNotApplicable) {
+TEST(MetamorphicSection, ReportsYesHowFarOffAndNotApplicable) {
     std::vector<Record> records;
     for (const std::int64_t repetition : {0, 1}) {
-        Record good = certificate("good", "", repetition, "aa");
-        good.summary["certificate_twice_pairs"] = 0.0;
-        Record bad = certificate("bad", "", repetition, repetition == 0 ? "aa" : "bb");
-        bad.summary["certificate_twice_pairs"] = 3.0;
-        Record near = certificate("good", "near", repetition, "cc");
-        near.summary["certificate_twice_m"] = 2e-12;
-        near.summary["certificate_twice_n"] = 3e-10;
-        Record far = certificate("good", "wide", repetition, "dd");
-        far.summary["certificate_twice_m"] = 2e-3;
-        far.summary["certificate_twice_n"] = 0.5;
-        Record farther = certificate("good", "farther", repetition, "ee");
-        farther.summary["certificate_twice_m"] = 1.5e-9;
-        farther.summary["certificate_twice_n"] = 0.5e-6;
-        Record stronger = certificate("good", "stronger", repetition, "ff");
-        stronger.summary["certificate_twice_m"] = 0.5e-9;
-        stronger.summary["certificate_twice_n"] = 1.5e-6;
+        Record good = metamorphic("good", "", repetition, "aa");
+        good.summary["metamorphic_twice_pairs"] = 0.0;
+        Record bad = metamorphic("bad", "", repetition, repetition == 0 ? "aa" : "bb");
+        bad.summary["metamorphic_twice_pairs"] = 3.0;
+        Record near = metamorphic("good", "proximity", repetition, "cc");
+        near.summary["metamorphic_twice_m"] = 2e-12;
+        near.summary["metamorphic_twice_n"] = 3e-10;
+        Record far = metamorphic("good", "wide", repetition, "dd");
+        far.summary["metamorphic_twice_m"] = 2e-3;
+        far.summary["metamorphic_twice_n"] = 0.5;
+        Record farther = metamorphic("good", "farther", repetition, "ee");
+        farther.summary["metamorphic_twice_m"] = 1.5e-9;
+        farther.summary["metamorphic_twice_n"] = 0.5e-6;
+        Record stronger = metamorphic("good", "stronger", repetition, "ff");
+        stronger.summary["metamorphic_twice_m"] = 0.5e-9;
+        stronger.summary["metamorphic_twice_n"] = 1.5e-6;
         records.insert(records.end(), {good, bad, near, far, farther, stronger});
     }
     const std::string page = page_of(records);
     EXPECT_NE(page.find("| detector | `good` | scene | yes | yes | n/a |"), std::string::npos) << page;
     EXPECT_NE(page.find("| detector | `bad` | scene | no (3 of 50 pairs) | no | n/a |"), std::string::npos);
-    EXPECT_NE(page.find("| response | `near` | scene | yes, to 2.0e-09 mm, 3.0e-10 N | yes |"), std::string::npos);
+    EXPECT_NE(page.find("| response | `proximity` | scene | yes, to 2.0e-09 mm, 3.0e-10 N | yes |"), std::string::npos);
     EXPECT_NE(page.find("| response | `wide` | scene | no (2.0e+00 mm, 5.0e-01 N, scene) | yes |"), std::string::npos);
     EXPECT_NE(page.find("| response | `farther` | scene | no (1.5e-06 mm, 5.0e-07 N, scene) | yes |"),
               std::string::npos);

@@ -123,7 +123,7 @@ TEST(LatexTables, NoWordsAndNoNumberOfColumnsMakeThemTooWide) {
 TEST(LatexTables, WideOnesRepeatTheirFirstColumnAndLongOnesTheirHead) {
     Table table{.caption = "Many columns", .columns = {{"method", false}}, .rows = {}, .note = ""};
     for (int c = 0; c < 14; ++c) table.columns.push_back({"figure (mm)", true});
-    TableRow row{.cells = {"hold"}};
+    TableRow row{.cells = {"unilateral"}};
     for (int c = 0; c < 14; ++c) row.cells.push_back("12.345");
     table.rows.assign(100, row);
     const std::string text = latex_table(table);

@@ -15,19 +15,21 @@ namespace {
 
 using test::synthetic;
 
-/// Two scenes. hold: 0.2 and 0.5 mm in 300 µs; rival: 1 and 2 mm in 600 µs; twin moves as rival does, bit by bit;
+/// Two scenes. hold: 0.2 and 0.5 mm in 300 µs; baseline: 1 and 2 mm in 600 µs; twin moves as baseline does, bit by bit;
 /// loser fails on b.
 std::vector<Record> four_responses() {
     std::vector<Record> records{
-        synthetic({.scene = "a", .response = "hold", .first_tick_us = 300, .left_mm = 0.2, .state_hash = "1"}),
-        synthetic({.scene = "b", .response = "hold", .first_tick_us = 250, .left_mm = 0.5, .state_hash = "2"}),
-        synthetic({.scene = "a", .response = "rival", .first_tick_us = 600, .left_mm = 1.0, .state_hash = "3"}),
-        synthetic({.scene = "b", .response = "rival", .first_tick_us = 500, .left_mm = 2.0, .state_hash = "4"}),
-        synthetic({.scene = "a", .response = "twin", .first_tick_us = 90, .left_mm = 1.0, .state_hash = "3"}),
-        synthetic({.scene = "b", .response = "twin", .first_tick_us = 90, .left_mm = 2.0, .state_hash = "4"}),
-        synthetic({.scene = "a", .response = "loser", .left_mm = 0.1, .state_hash = "5"}),
+        synthetic(
+            {.scene = "a", .response = "unilateral", .first_tick_us = 300, .residual_mm = 0.2, .state_hash = "1"}),
+        synthetic(
+            {.scene = "b", .response = "unilateral", .first_tick_us = 250, .residual_mm = 0.5, .state_hash = "2"}),
+        synthetic({.scene = "a", .response = "baseline", .first_tick_us = 600, .residual_mm = 1.0, .state_hash = "3"}),
+        synthetic({.scene = "b", .response = "baseline", .first_tick_us = 500, .residual_mm = 2.0, .state_hash = "4"}),
+        synthetic({.scene = "a", .response = "twin", .first_tick_us = 90, .residual_mm = 1.0, .state_hash = "3"}),
+        synthetic({.scene = "b", .response = "twin", .first_tick_us = 90, .residual_mm = 2.0, .state_hash = "4"}),
+        synthetic({.scene = "a", .response = "loser", .residual_mm = 0.1, .state_hash = "5"}),
         synthetic({.scene = "b", .response = "loser", .outcome = {OutcomeKind::unstable, "tick 7"}})};
-    for (Record& record : records) record.environment["study.ours"] = "hold";
+    for (Record& record : records) record.environment["study.ours"] = "unilateral";
     return records;
 }
 
@@ -41,7 +43,8 @@ TEST(PageOne, TheSentenceSetsTheNamedResponseAgainstTheBestOther) {
     const std::vector<Record> records = four_responses();
     const Draft draft(records);
     EXPECT_EQ(response_sentence(draft, response_rows(draft)),
-              "Over 2 tissue scenes `hold` left 0.500 mm at worst, the best other response, `rival`, 2.00 mm at 2.00 "
+              "Over 2 tissue scenes `unilateral` left 0.500 mm at worst, the best other response, `baseline`, 2.00 mm "
+              "at 2.00 "
               "times the "
               "time; 1 of 6 runs failed.");
 }
@@ -51,7 +54,8 @@ TEST(PageOne, AStudyThatNamesNobodySetsItsRowsAgainstEachOther) {
     for (Record& record : records) record.environment.erase("study.ours");
     const Draft draft(records);
     const std::string sentence = response_sentence(draft, response_rows(draft));
-    EXPECT_EQ(sentence.find("Over 2 tissue scenes `hold` left 0.500 mm at worst, the next, `rival`, 2.00 mm"), 0U)
+    EXPECT_EQ(sentence.find("Over 2 tissue scenes `unilateral` left 0.500 mm at worst, the next, `baseline`, 2.00 mm"),
+              0U)
         << sentence;
 }
 
@@ -59,7 +63,7 @@ TEST(PageOne, RowsOfTheSameBitsStandOnceAndFailedOnesLast) {
     const std::vector<Record> records = four_responses();
     const Draft draft(records);
     EXPECT_EQ(names(response_rows(draft)),
-              (std::vector<std::string>{"`hold` (canonical)", "`rival` (canonical) = `twin` (canonical)",
+              (std::vector<std::string>{"`unilateral` (canonical)", "`baseline` (canonical) = `twin` (canonical)",
                                         "`loser` (canonical)"}));
 }
 
@@ -73,15 +77,16 @@ TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
     records[1].summary["ruptures"] = 2;
     const Draft draft(records);
     const Table table = responses_table(draft, response_rows(draft));
-    EXPECT_EQ(table.rows.at(0).cells, (std::vector<std::string>{"`hold` (canonical)", "0.350", "0.500", "2", "0.0300",
-                                                                "0.200", "2.00", "0.300", "0 of 2"}));
+    EXPECT_EQ(table.rows.at(0).cells, (std::vector<std::string>{"`unilateral` (canonical)", "0.350", "0.500", "2",
+                                                                "0.0300", "0.200", "2.00", "0.300", "0 of 2"}));
     EXPECT_EQ(table.rows.at(2).cells.back(), "1 of 2");
     EXPECT_EQ(table.rows.at(0).command,
-              "for scene in a.json b.json; do trocar run $scene --detector mine --response hold --contacts canonical "
+              "for scene in a.json b.json; do trocar run $scene --detector mine --response unilateral --contacts "
+              "intersection "
               "--ticks 1110; done");
 }
 
-TEST(PageOne, ASceneThatAResponseDidNotRunOnIsTold) {
+TEST(PageOne, ASceneThatAResponseDidNotRunOnIsReported) {
     std::vector<Record> records = four_responses();
     records.erase(records.begin() + 1);  // hold on b
     const Draft draft(records);
@@ -93,13 +98,14 @@ TEST(PageOne, ASceneThatAResponseDidNotRunOnIsTold) {
     EXPECT_EQ(table.rows.at(static_cast<std::size_t>(hold - rows.begin())).cells.back(), "0 of 1, 1 not run");
 }
 
-TEST(PageOne, OfMoreThanTenRowsTheBestOfEveryResponseAreShownAndTheRestIsTold) {
+TEST(PageOne, OfMoreThanTenRowsTheBestOfEveryResponseAreShownAndTheRestIsReported) {
     std::vector<Record> records;
     for (int k = 1; k <= 12; ++k) {
-        records.push_back(synthetic(
-            {.response = "soft:k=" + std::to_string(k), .left_mm = 0.1 * k, .state_hash = "s" + std::to_string(k)}));
+        records.push_back(synthetic({.response = "soft:k=" + std::to_string(k),
+                                     .residual_mm = 0.1 * k,
+                                     .state_hash = "s" + std::to_string(k)}));
     }
-    records.push_back(synthetic({.response = "late", .left_mm = 9.0, .state_hash = "late"}));
+    records.push_back(synthetic({.response = "late", .residual_mm = 9.0, .state_hash = "late"}));
     const Draft draft(records);
     const std::vector<ResponseRow> rows = response_rows(draft);
     ASSERT_EQ(rows.size(), 13U);
@@ -114,10 +120,10 @@ TEST(PageOne, OfMoreThanTenRowsTheBestOfEveryResponseAreShownAndTheRestIsTold) {
         << table.note;
 }
 
-TEST(PageOne, ADetectorThatHidesContactsIsNoContestant) {
+TEST(PageOne, ADetectorThatHidesContactsIsNoMethod) {
     std::vector<Record> records = four_responses();
-    records.push_back(
-        synthetic({.scene = "a", .detector = "blind", .response = "hold", .left_mm = 0.0, .state_hash = "9"}));
+    records.push_back(synthetic(
+        {.scene = "a", .detector = "blind", .response = "unilateral", .residual_mm = 0.0, .state_hash = "9"}));
     records.back().environment["detector.control"] = "yes";
     const Draft draft(records);
     EXPECT_EQ(response_rows(draft).size(), 3U);
@@ -137,7 +143,8 @@ TEST(PageOne, TearsAreNamedBesideTheWorst) {
     records[1].summary["reference_clears_hard"] = 0;
     const Draft draft(records);
     const std::string sentence = response_sentence(draft, response_rows(draft));
-    EXPECT_NE(sentence.find("`hold` left 0.500 mm at worst (on b; 1 tear in all)"), std::string::npos) << sentence;
+    EXPECT_NE(sentence.find("`unilateral` left 0.500 mm at worst (on b; 1 tear in all)"), std::string::npos)
+        << sentence;
 }
 
 TEST(PageOne, WordsThatTakeSidesAreInNoTable) {
@@ -159,12 +166,15 @@ TEST(PageOne, WordsThatTakeSidesAreInNoTable) {
     }
 }
 
-TEST(PageOne, DetectorsAreToldOnTheSameFrames) {
+TEST(PageOne, DetectorsAreReportedOnTheSameFrames) {
     std::vector<Record> records;
     for (const std::int64_t process : {0, 1}) {
         records.push_back(synthetic({.mode = "replay", .repetition = process, .first_tick_us = 50}));
-        records.push_back(synthetic(
-            {.mode = "replay", .detector = "theirs", .repetition = process, .first_tick_us = 100, .missing = 1}));
+        records.push_back(synthetic({.mode = "replay",
+                                     .detector = "theirs",
+                                     .repetition = process,
+                                     .first_tick_us = 100,
+                                     .false_negatives = 1}));
     }
     const Draft draft(records);
     const Table table = detectors_table(draft);
@@ -205,7 +215,7 @@ TEST(PageOne, MarkdownIsPageOneAndLinksToTheRest) {
     EXPECT_NE(test::whole(report).find("## Environment"), std::string::npos);
 }
 
-TEST(PageOne, ItsLastLineTellsWhereTheNumbersComeFromAndHowToHaveThemAgain) {
+TEST(PageOne, ItsLastLineReportsWhereTheNumbersComeFromAndHowToHaveThemAgain) {
     const std::string again =
         " This page again: `trocar report .` in its folder; the records anew: `trocar study made_up.json`.</sub>\n";
     const std::string loops = make_report(four_responses()).files.at("report.md");
@@ -241,14 +251,14 @@ WorstTick seen() {
     seen.tick = 7;
     seen.time = 0.007;
     WorstTick::State state;
-    state.name = "`hold`";
+    state.name = "`unilateral`";
     state.state_hash = "2";
     state.depth = 0.5;
     state.bodies = {{.name = "sheet", .kind = "tissue", .segments = {{.ends = {-5, 0, 5, 0}, .depth = 0.0}}},
                     {.name = "tool", .kind = "instrument", .segments = {{.ends = {-1, 5, 0, -0.5}, .depth = 0.25}}}};
     state.points = {{0.0, 0.1}};
     seen.states = {state};
-    seen.force = {{.name = "`hold`", .points = {{0.0, 0.0}, {0.007, 1.5}}}};
+    seen.force = {{.name = "`unilateral`", .points = {{0.0, 0.0}, {0.007, 1.5}}}};
     return seen;
 }
 
@@ -290,7 +300,7 @@ double lightness(const std::string& colour) {
     return 0.2126 * channel(0) + 0.7152 * channel(2) + 0.0722 * channel(4);
 }
 
-TEST(WorstTick, DeeperIsDarkerByItsShareOfTheDeepestAndLengthsAreDrawnToTheScaleThatIsTold) {
+TEST(WorstTick, DeeperIsDarkerByItsShareOfTheDeepestAndLengthsAreDrawnToTheScaleThatIsReported) {
     std::vector<std::string> scale_before;
     for (const double deepest : {0.0625, 0.5, 64.0}) {  // mm
         WorstTick tick = seen();
@@ -312,11 +322,11 @@ TEST(WorstTick, DeeperIsDarkerByItsShareOfTheDeepestAndLengthsAreDrawnToTheScale
         const std::vector<std::string> ends = found_in(
             picture,
             R"re(<line x1="([-0-9.]+)" y1="[-0-9.]+" x2="([-0-9.]+)" y2="[^"]*" stroke="[^"]*" stroke-width="2")re");
-        const std::vector<std::string> told = found_in(picture, R"re(>([0-9]+) mm</text>)re");
+        const std::vector<std::string> reported = found_in(picture, R"re(>([0-9]+) mm</text>)re");
         ASSERT_EQ(ends.size(), 4U);
-        ASSERT_EQ(told.size(), 1U);
+        ASSERT_EQ(reported.size(), 1U);
         const double pixels_per_mm = (std::stod(ends[1]) - std::stod(ends[0])) / 10.0;
-        EXPECT_NEAR((std::stod(ends[3]) - std::stod(ends[2])) / std::stod(told[0]), pixels_per_mm, 0.1);
+        EXPECT_NEAR((std::stod(ends[3]) - std::stod(ends[2])) / std::stod(reported[0]), pixels_per_mm, 0.1);
     }
 }
 
@@ -350,8 +360,8 @@ TEST(WorstTick, ShowsTheSceneWhereTheBestOtherResponseIsDeepest) {
     std::vector<Record> records = four_responses();
     const auto runs = worst_tick_runs(records);
     ASSERT_TRUE(runs.has_value());
-    EXPECT_EQ(runs->first->spec.response, "hold");
-    EXPECT_EQ(runs->other->spec.response, "rival");
+    EXPECT_EQ(runs->first->spec.response, "unilateral");
+    EXPECT_EQ(runs->other->spec.response, "baseline");
     EXPECT_EQ(runs->other->spec.scene, "b");
     records[2].summary["force_error_rms_hard"] = 0.1;  // of b there is no solution to set them against
     EXPECT_EQ(worst_tick_runs(records)->other->spec.scene, "a");

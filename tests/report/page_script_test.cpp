@@ -38,7 +38,7 @@ std::vector<Record> eleven() {
     for (int k = 1; k <= 11; ++k) {
         records.push_back(test::synthetic({.response = "r" + std::to_string(k),
                                            .first_tick_us = 10 * k,
-                                           .left_mm = 1.2 - 0.1 * k,
+                                           .residual_mm = 1.2 - 0.1 * k,
                                            .state_hash = "s" + std::to_string(k)}));
     }
     return records;
@@ -62,7 +62,7 @@ TEST(PageScript, SortsFiltersAndShowsCommands) {
         document.title = out.join("; ");)");
     EXPECT_EQ(title,
               "r11 (canonical); r2 (canonical); r11 (canonical); trocar run poke.json --detector mine --response r11 "
-              "--contacts canonical --ticks 1110; 0; 1");
+              "--contacts intersection --ticks 1110; 0; 1");
 }
 
 TEST(PageScript, EveryChartHasADescriptionThatTheScriptBesideThePageDraws) {
@@ -89,7 +89,7 @@ TEST(PageScript, EveryRowHasACommandAndHeadersOfFiguresAreExplained) {
     EXPECT_EQ(title_after(eleven(), R"(
         document.title = document.querySelectorAll("td.again button").length ===
             document.querySelectorAll("tbody tr").length &&
-            document.querySelector("th:nth-child(3) abbr").title.indexOf("residual_max_m in m") > 0;)"),
+            document.querySelector("th:nth-child(3) abbr").title.indexOf("residual_penetration_max_m in m") > 0;)"),
               "true");
 }
 

@@ -27,7 +27,7 @@ using test::synthetic;
 
 /// mine: 100 µs and 0.5 mm left; theirs: 400 µs and 0.5 mm, same motion; theirs native: 200 µs and 2 mm.
 /// Two processes each; the second is twice as slow for everybody.
-std::vector<Record> three_contestants() {
+std::vector<Record> three_methods() {
     std::vector<Record> records;
     for (const std::int64_t process : {0, 1}) {
         const std::int64_t factor = process + 1;
@@ -39,9 +39,9 @@ std::vector<Record> three_contestants() {
                                      .own = false,
                                      .repetition = process,
                                      .first_tick_us = 200 * factor,
-                                     .left_mm = 2.0,
-                                     .missing = 2,
-                                     .extra = 1,
+                                     .residual_mm = 2.0,
+                                     .false_negatives = 2,
+                                     .false_positives = 1,
                                      .state_hash = "00000000000000bb"}));
     }
     return records;
@@ -75,9 +75,9 @@ TEST(RunFigures, QuantilesLeaveTheWarmUpOut) {
     const Record record = synthetic({.first_tick_us = 0, .step_us = 1});
     const RunFigures figures = figures_of(record);
     EXPECT_EQ(figures.timed_ticks, 1100.0);
-    EXPECT_DOUBLE_EQ(figures.tick_p50, 559.5e3);
-    EXPECT_NEAR(figures.tick_p99, (10.0 + 0.99 * 1099.0) * 1e3, 1e-6);
-    EXPECT_EQ(figures.tick_max, 1109e3);
+    EXPECT_DOUBLE_EQ(figures.total_median_ns, 559.5e3);
+    EXPECT_NEAR(figures.total_p99_ns, (10.0 + 0.99 * 1099.0) * 1e3, 1e-6);
+    EXPECT_EQ(figures.total_max_ns, 1109e3);
     EXPECT_EQ(figures.deadline_misses, 109.0) << "1001 to 1109 µs";
     EXPECT_EQ(figures.longest_burst, 109.0);
     EXPECT_EQ(figures.force_flips, 1109.0);
@@ -85,17 +85,17 @@ TEST(RunFigures, QuantilesLeaveTheWarmUpOut) {
 
 TEST(RunFigures, TooFewTicksHaveNoP99) {
     const Record record = synthetic({.ticks = 1009});
-    EXPECT_TRUE(std::isnan(figures_of(record).tick_p99));
-    EXPECT_FALSE(std::isnan(figures_of(synthetic({.ticks = 1010})).tick_p99));
+    EXPECT_TRUE(std::isnan(figures_of(record).total_p99_ns));
+    EXPECT_FALSE(std::isnan(figures_of(synthetic({.ticks = 1010})).total_p99_ns));
 }
 
 TEST(RunFigures, ReplayCountsOnlyTheDetectorsStages) {
     Record record = synthetic({.mode = "replay", .first_tick_us = 70});
     for (StepRow& row : record.rows) row.stage_ns.at(static_cast<std::size_t>(Stage::contacts)) = 5'000'000;
     record.summary = summarize(record.rows, {.mode = record.spec.mode});
-    EXPECT_EQ(figures_of(record).tick_p50, 70e3);
+    EXPECT_EQ(figures_of(record).total_median_ns, 70e3);
     record.summary = summarize(record.rows);
-    EXPECT_EQ(figures_of(record).tick_p50, 5070e3);
+    EXPECT_EQ(figures_of(record).total_median_ns, 5070e3);
 }
 
 TEST(RunFigures, EveryStageHasItsMedianAndItsTailAndTheStageSplitIsTheirMeanOverTheScenes) {
@@ -118,7 +118,7 @@ TEST(RunFigures, EveryStageHasItsMedianAndItsTailAndTheStageSplitIsTheirMeanOver
     EXPECT_TRUE(std::isnan(figures_of(synthetic({.ticks = 20})).stage_p50.at(0))) << "these rows have no such stage";
 }
 
-TEST(Processes, FewAreToldByMinimumAndMaximum) {
+TEST(Processes, FewAreReportedByMinimumAndMaximum) {
     const Estimate estimate = across_processes({3.0, 1.0, 2.0});
     EXPECT_EQ(estimate.value, 2.0);
     EXPECT_EQ(estimate.low, 1.0);
@@ -142,7 +142,7 @@ TEST(Processes, TenOrMoreGetAnIntervalInsideTheRange) {
     EXPECT_LT(estimate.high, 20.0);
 }
 
-TEST(Processes, IntervalsOfAReplayTellOfItsTicksToo) {
+TEST(Processes, IntervalsOfAReplayReportOfItsTicksToo) {
     // Twelve processes that differ in nothing: over processes alone the interval would be a point. Ticks go up from
     // 100 µs by 1 µs each, the second detector takes twice as long in every one.
     std::vector<Record> records;
@@ -172,23 +172,23 @@ TEST(Processes, IntervalsOfAReplayTellOfItsTicksToo) {
               make_verdict(loops, "theirs", "closed_loop", {"poke"}).rows[0].p50.high);
 }
 
-TEST(Verdict, AControlIsToldLastAndNeverRanked) {
-    std::vector<Record> records = three_contestants();
+TEST(Verdict, AControlIsReportedLastAndNeverRanked) {
+    std::vector<Record> records = three_methods();
     const Verdict without = verdict_of(Results(records));
     // Better and faster than everybody, as nothing is that does nothing.
-    records.push_back(synthetic({.detector = "blind", .first_tick_us = 1, .left_mm = 0.0, .state_hash = "cc"}));
+    records.push_back(synthetic({.detector = "blind", .first_tick_us = 1, .residual_mm = 0.0, .state_hash = "cc"}));
     records.back().environment["detector.control"] = "yes";
     const Results results(records);
     const Verdict verdict = verdict_of(results);
     ASSERT_EQ(verdict.rows.size(), 4U);
-    EXPECT_EQ(verdict.rows[3].contestant.detector, "blind");
+    EXPECT_EQ(verdict.rows[3].method.detector, "blind");
     EXPECT_TRUE(verdict.rows[3].control);
     EXPECT_FALSE(verdict.rows[3].dominated);
     for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(verdict.rows[i].dominated, without.rows[i].dominated) << i;
 }
 
 TEST(Verdict, RowsThatMoveAlikeArePrintedAsOneThatNamesThemAll) {
-    const std::vector<Record> records = three_contestants();
+    const std::vector<Record> records = three_methods();
     const Results results(records);
     const Table table = verdict_table(verdict_of(results), "", 1.0);
     ASSERT_EQ(table.rows.size(), 2U);
@@ -209,39 +209,41 @@ TEST(Verdict, RowsOfOneStateUnderOtherForcesAreTwo) {
     EXPECT_EQ(printed(), 2U);
 }
 
-TEST(Results, AnUnjudgedRunIsToldWithWhatTruthSaysOfTheSameMotion) {
-    std::vector<Record> records{synthetic({.left_mm = 0.7}), synthetic({.detector = "fast", .left_mm = 0.7}),
-                                synthetic({.detector = "astray", .left_mm = 0.7, .state_hash = "b"})};
+TEST(Results, AnUnjudgedRunIsReportedWithWhatTruthSaysOfTheSameMotion) {
+    std::vector<Record> records{synthetic({.residual_mm = 0.7}), synthetic({.detector = "fast", .residual_mm = 0.7}),
+                                synthetic({.detector = "astray", .residual_mm = 0.7, .state_hash = "b"})};
     for (std::size_t i : {1U, 2U}) {
         records[i].spec.truth_stride = 0;
-        for (const char* judged : {"residual_max_m", "residual_median_m", "missing", "true_pairs", "extra"}) {
+        for (const char* judged : {"residual_penetration_max_m", "residual_penetration_median_m", "false_negatives",
+                                   "true_pairs", "false_positives"}) {
             records[i].summary[judged] = not_known;
         }
     }
     const Results results(records);
     const auto left = [&results](const char* detector) {
-        return results.find({"closed_loop", detector, "push", "canonical"}, "poke")->first(&RunFigures::left_max);
+        return results.find({"closed_loop", detector, "push", "intersection"}, "poke")
+            ->first(&RunFigures::residual_penetration_max_m);
     };
     EXPECT_DOUBLE_EQ(left("fast"), 0.7e-3);
     EXPECT_TRUE(std::isnan(left("astray"))) << "moved otherwise: nobody has judged that";
-    const SceneResult* fast = results.find({"closed_loop", "fast", "push", "canonical"}, "poke");
-    EXPECT_TRUE(std::isnan(fast->first(&RunFigures::missing))) << "pairs are its own";
+    const SceneResult* fast = results.find({"closed_loop", "fast", "push", "intersection"}, "poke");
+    EXPECT_TRUE(std::isnan(fast->first(&RunFigures::false_negatives))) << "pairs are its own";
 }
 
 /// mine is exact; theirs misses half of the pairs and is 2 mm deeper with 3 N more; twin moves as mine does.
 std::vector<Record> detectors_of_one_response() {
     std::vector<Record> records{
-        synthetic({.left_mm = 0.5}),
-        synthetic({.detector = "theirs", .own = false, .left_mm = 2.5, .missing = 2, .state_hash = "bb"}),
-        synthetic({.detector = "twin", .own = false, .left_mm = 0.5})};
+        synthetic({.residual_mm = 0.5}),
+        synthetic({.detector = "theirs", .own = false, .residual_mm = 2.5, .false_negatives = 2, .state_hash = "bb"}),
+        synthetic({.detector = "twin", .own = false, .residual_mm = 0.5})};
     records[0].environment["detector.claims_exact"] = "yes";
     records[1].summary["force_max_n"] = 4.0;
-    records[1].summary["true_near"] = 20.0;
-    records[1].summary["missed"] = 7.0;
+    records[1].summary["true_proximity_pairs"] = 20.0;
+    records[1].summary["proximity_false_negatives"] = 7.0;
     return records;
 }
 
-TEST(Report, LostByTheDetectorIsToldAsDepthAndForceAgainstAnExactOne) {
+TEST(Report, LostByTheDetectorIsReportedAsDepthAndForceAgainstAnExactOne) {
     const std::string markdown = test::whole(make_report(detectors_of_one_response()));
     EXPECT_NE(markdown.find("## Lost by the detector"), std::string::npos);
     EXPECT_NE(markdown.find("| `theirs + push (canonical)` | `mine` | 2220 of 4440 | 7 of 20 | 0.500 → 2.50 | 2.00 "
@@ -265,13 +267,13 @@ TEST(Report, ARowThatFailsWithAnotherDetectorHasLostThatScene) {
 }
 
 TEST(Verdict, RowsAreSortedByErrorThenTime) {
-    const std::vector<Record> records = three_contestants();
+    const std::vector<Record> records = three_methods();
     const Results results(records);
     const Verdict verdict = verdict_of(results);
     ASSERT_EQ(verdict.rows.size(), 3U);
-    EXPECT_EQ(verdict.rows[0].contestant.label(), "mine + push (canonical)");
-    EXPECT_EQ(verdict.rows[1].contestant.label(), "theirs + push (canonical)");
-    EXPECT_EQ(verdict.rows[2].contestant.label(), "theirs + push (native)");
+    EXPECT_EQ(verdict.rows[0].method.label(), "mine + push (canonical)");
+    EXPECT_EQ(verdict.rows[1].method.label(), "theirs + push (canonical)");
+    EXPECT_EQ(verdict.rows[2].method.label(), "theirs + push (native)");
     EXPECT_FALSE(verdict.rows[0].dominated);
     EXPECT_TRUE(verdict.rows[1].dominated) << "as good and slower";
     EXPECT_TRUE(verdict.rows[2].dominated);
@@ -280,7 +282,7 @@ TEST(Verdict, RowsAreSortedByErrorThenTime) {
 }
 
 TEST(Verdict, NumbersAreThoseOfTheRecords) {
-    const std::vector<Record> records = three_contestants();
+    const std::vector<Record> records = three_methods();
     const Results results(records);
     const Verdict verdict = verdict_of(results);
     // Processes at 100 and 200 µs: median 150.
@@ -290,22 +292,22 @@ TEST(Verdict, NumbersAreThoseOfTheRecords) {
     EXPECT_EQ(estimate_text(verdict.rows[0].ratio, 1.0), "0.250 [0.250–0.250]");
     EXPECT_EQ(estimate_text(verdict.rows[2].ratio, 1.0), "0.500 [0.500–0.500]");
     EXPECT_EQ(verdict.rows[2].true_pairs, 4.0 * 1110);
-    EXPECT_EQ(verdict.rows[2].missing, 2.0 * 1110);
-    EXPECT_EQ(verdict.rows[2].extra, 1110.0);
-    EXPECT_DOUBLE_EQ(verdict.rows[2].left_max, 2e-3);
-    // Process against process of the same contestant is a factor 2 everywhere.
+    EXPECT_EQ(verdict.rows[2].false_negatives, 2.0 * 1110);
+    EXPECT_EQ(verdict.rows[2].false_positives, 1110.0);
+    EXPECT_DOUBLE_EQ(verdict.rows[2].residual_penetration_max_m, 2e-3);
+    // Process against process of the same method is a factor 2 everywhere.
     EXPECT_DOUBLE_EQ(results.noise_floor(), 2.0);
 }
 
 TEST(Verdict, TearsAreCountedInAColumnOfTheirOwnAndExcuseNoDepth) {
-    std::vector<Record> records{synthetic({.scene = "stab", .left_mm = 0.5}),
-                                synthetic({.scene = "drag", .left_mm = 2.0})};
+    std::vector<Record> records{synthetic({.scene = "stab", .residual_mm = 0.5}),
+                                synthetic({.scene = "drag", .residual_mm = 2.0})};
     for (Record& record : records) record.summary["reference_clears_hard"] = 0.0;
     records[0].summary["ruptures"] = 1;
     records[1].summary["ruptures"] = 2;
     const Results results(records);
     const Verdict verdict = verdict_of(results);
-    EXPECT_NEAR(verdict.rows.front().left_max, 2e-3, 1e-12);
+    EXPECT_NEAR(verdict.rows.front().residual_penetration_max_m, 2e-3, 1e-12);
     const Table table = verdict_table(verdict, "", 1.0);
     EXPECT_EQ(table.rows.front().cells.at(5), "1.25 / 2.00");
     EXPECT_EQ(table.columns.at(6).header, "tears");
@@ -316,21 +318,22 @@ TEST(Verdict, ResponsesStandInOneOrderHereAndOnPageOne) {
     // By the worst depth of tissue scenes: the geometric mean over scenes, a rigid scene and pairs missed say
     // otherwise.
     std::vector<Record> records{
-        synthetic({.scene = "poke", .response = "even", .left_mm = 1.0, .missing = 2, .state_hash = "a"}),
-        synthetic({.scene = "stab", .response = "even", .left_mm = 1.0, .state_hash = "b"}),
-        synthetic({.scene = "poke", .response = "uneven", .left_mm = 0.01, .state_hash = "c"}),
-        synthetic({.scene = "stab", .response = "uneven", .left_mm = 1.1, .state_hash = "d"}),
-        synthetic({.scene = "cross", .pair_class = "I2I", .response = "even", .left_mm = 9.0, .state_hash = "e"}),
-        synthetic({.scene = "cross", .pair_class = "I2I", .response = "uneven", .left_mm = 0.1, .state_hash = "f"})};
+        synthetic({.scene = "poke", .response = "even", .residual_mm = 1.0, .false_negatives = 2, .state_hash = "a"}),
+        synthetic({.scene = "stab", .response = "even", .residual_mm = 1.0, .state_hash = "b"}),
+        synthetic({.scene = "poke", .response = "uneven", .residual_mm = 0.01, .state_hash = "c"}),
+        synthetic({.scene = "stab", .response = "uneven", .residual_mm = 1.1, .state_hash = "d"}),
+        synthetic({.scene = "cross", .pair_class = "I2I", .response = "even", .residual_mm = 9.0, .state_hash = "e"}),
+        synthetic(
+            {.scene = "cross", .pair_class = "I2I", .response = "uneven", .residual_mm = 0.1, .state_hash = "f"})};
     const Draft draft(records);
     const Verdict verdict = verdict_of(draft.results);
     const std::vector<ResponseRow> rows = response_rows(draft);
     ASSERT_EQ(verdict.rows.size(), 2U);
     ASSERT_EQ(rows.size(), 2U);
-    EXPECT_EQ(verdict.rows.front().contestant.response, "even");
+    EXPECT_EQ(verdict.rows.front().method.response, "even");
     EXPECT_EQ(rows.front().who.front().response, "even");
-    EXPECT_NEAR(verdict.rows.front().left_max, 1e-3, 1e-12);
-    EXPECT_NEAR(rows.front().depth_worst, 1e-3, 1e-12);
+    EXPECT_NEAR(verdict.rows.front().residual_penetration_max_m, 1e-3, 1e-12);
+    EXPECT_NEAR(rows.front().residual_penetration_max, 1e-3, 1e-12);
     // The rigid scene has a table of its own.
     EXPECT_EQ(response_rows(draft, false).front().who.front().response, "uneven");
     EXPECT_NE(test::whole(make_report(records)).find("## Responses without tissue"), std::string::npos);
@@ -345,11 +348,11 @@ TEST(Verdict, ARigidSceneDecidesNoTieOfTissueScenes) {
         synthetic({.scene = "cross", .pair_class = "I2I", .response = "two", .first_tick_us = 300, .state_hash = "d"})};
     const Draft draft(records);
     EXPECT_EQ(response_rows(draft).front().who.front().response, "one");
-    EXPECT_EQ(verdict_of(draft.results).rows.front().contestant.response, "one");
+    EXPECT_EQ(verdict_of(draft.results).rows.front().method.response, "one");
 }
 
 TEST(Verdict, ResponsesAreOrderedByFailuresThenDepthsThenTime) {
-    const ResponseStanding best{.worst = 1e-3, .median = 1e-4, .tick_p99 = 1e5};
+    const ResponseStanding best{.worst = 1e-3, .median = 1e-4, .total_p99_ns = 1e5};
     const auto behind = [&best](const auto& change) {
         ResponseStanding other = best;
         change(other);
@@ -359,25 +362,25 @@ TEST(Verdict, ResponsesAreOrderedByFailuresThenDepthsThenTime) {
     EXPECT_TRUE(behind([](ResponseStanding& r) { r.failed = true, r.worst = 0.0; }));
     EXPECT_TRUE(behind([](ResponseStanding& r) { r.not_run = true, r.worst = 0.0; }));
     EXPECT_TRUE(behind([](ResponseStanding& r) { r.worst = 2e-3, r.median = 0.0; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.median = 2e-4, r.tick_p99 = 0.0; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.tick_p99 = 2e5; }));
+    EXPECT_TRUE(behind([](ResponseStanding& r) { r.median = 2e-4, r.total_p99_ns = 0.0; }));
+    EXPECT_TRUE(behind([](ResponseStanding& r) { r.total_p99_ns = 2e5; }));
     EXPECT_TRUE(behind([](ResponseStanding& r) { r.worst = not_known; }));
 }
 
 TEST(Verdict, AContactAsSoftAsItsSceneAsksIsNoError) {
     // The stiff one leaves less depth, but its hand is 2 mm from where k lets it be.
     std::vector<Record> records{
-        synthetic({.scene = "cross", .pair_class = "I2I", .left_mm = 0.8}),
-        synthetic({.scene = "cross", .pair_class = "I2I", .response = "stiff", .left_mm = 0.1, .state_hash = "b"})};
+        synthetic({.scene = "cross", .pair_class = "I2I", .residual_mm = 0.8}),
+        synthetic({.scene = "cross", .pair_class = "I2I", .response = "stiff", .residual_mm = 0.1, .state_hash = "b"})};
     records[0].summary["position_error_worst_equal_k"] = 0.2e-3;
     records[1].summary["position_error_worst_equal_k"] = 2.0e-3;
     const Results results(records);
     const Verdict verdict = verdict_of(results);
     const auto soft = std::find_if(verdict.rows.begin(), verdict.rows.end(),
-                                   [](const VerdictRow& row) { return row.contestant.response == "push"; });
+                                   [](const VerdictRow& row) { return row.method.response == "push"; });
     ASSERT_NE(soft, verdict.rows.end());
     EXPECT_NEAR(soft->error, 0.2e-3, 1e-12);
-    EXPECT_NEAR(soft->left_max, 0.8e-3, 1e-12) << "told all the same";
+    EXPECT_NEAR(soft->residual_penetration_max_m, 0.8e-3, 1e-12) << "reported all the same";
 }
 
 TEST(Verdict, TimesOverScenesAreGeometricMeans) {
@@ -410,14 +413,14 @@ TEST(Verdict, ARatioIsOfTheProcessesThatBothHave) {
         const Verdict verdict = verdict_of(results);
         ASSERT_EQ(verdict.rows.size(), 2U);
         const VerdictRow& mine = verdict.rows.front();
-        EXPECT_EQ(mine.contestant.detector, "mine");
+        EXPECT_EQ(mine.method.detector, "mine");
         EXPECT_EQ(estimate_text(mine.ratio, 1.0), "0.250 [0.250–0.250]");
         EXPECT_EQ(mine.ratio.processes, 2);
         EXPECT_EQ(estimate_text(mine.p50, 1e-3), reference_has_more ? "150 [100–200]" : "200 [100–300]");
     }
 }
 
-TEST(Verdict, ARatioWithinTheNoiseIsToldAsNearOne) {
+TEST(Verdict, ARatioWithinTheNoiseIsReportedAsNearOne) {
     std::vector<Record> records{synthetic({.detector = "theirs", .own = false, .first_tick_us = 400})};
     for (const int tick_us : {250, 300, 500, 700}) {
         const std::string name = "takes " + std::to_string(tick_us);
@@ -431,22 +434,22 @@ TEST(Verdict, ARatioWithinTheNoiseIsToldAsNearOne) {
         }
         return by_name;
     };
-    using Told = std::map<std::string, std::string>;
-    EXPECT_EQ(ratios(1.5), (Told{{"`theirs` ", "1"},
-                                 {"`takes 25", "0.625"},
-                                 {"`takes 30", "≈ 0.750"},
-                                 {"`takes 50", "≈ 1.25"},
-                                 {"`takes 70", "1.75"}}));
-    EXPECT_EQ(ratios(not_known), (Told{{"`theirs` ", "1"},
-                                       {"`takes 25", "0.625"},
-                                       {"`takes 30", "0.750"},
-                                       {"`takes 50", "1.25"},
-                                       {"`takes 70", "1.75"}}));
+    using Reported = std::map<std::string, std::string>;
+    EXPECT_EQ(ratios(1.5), (Reported{{"`theirs` ", "1"},
+                                     {"`takes 25", "0.625"},
+                                     {"`takes 30", "≈ 0.750"},
+                                     {"`takes 50", "≈ 1.25"},
+                                     {"`takes 70", "1.75"}}));
+    EXPECT_EQ(ratios(not_known), (Reported{{"`theirs` ", "1"},
+                                           {"`takes 25", "0.625"},
+                                           {"`takes 30", "0.750"},
+                                           {"`takes 50", "1.25"},
+                                           {"`takes 70", "1.75"}}));
 }
 
 TEST(Verdict, AFailedSceneLeavesNoMeanAndGoesLast) {
-    std::vector<Record> records = three_contestants();
-    records.push_back(synthetic({.scene = "stab", .first_tick_us = 1000, .left_mm = 9.0}));
+    std::vector<Record> records = three_methods();
+    records.push_back(synthetic({.scene = "stab", .first_tick_us = 1000, .residual_mm = 9.0}));
     records.push_back(synthetic({.scene = "stab",
                                  .detector = "theirs",
                                  .own = false,
@@ -454,7 +457,7 @@ TEST(Verdict, AFailedSceneLeavesNoMeanAndGoesLast) {
     const Results results(records);
     const Verdict verdict = verdict_of(results);
     const VerdictRow& last = verdict.rows.back();
-    EXPECT_EQ(last.contestant.label(), "theirs + push (canonical)");
+    EXPECT_EQ(last.method.label(), "theirs + push (canonical)");
     EXPECT_EQ(last.failed_runs, 1);
     EXPECT_TRUE(std::isnan(last.p50.value));
     const Table table = verdict_table(verdict, "", 1.0);
@@ -462,20 +465,21 @@ TEST(Verdict, AFailedSceneLeavesNoMeanAndGoesLast) {
     EXPECT_EQ(table.rows.back().cells.back(), "1 of 3 runs, 1 of 2 scenes ok");
 }
 
-TEST(Verdict, AContestantOfSomeScenesComparesWithNoneOfAll) {
+TEST(Verdict, AMethodOfSomeScenesComparesWithNoneOfAll) {
     std::vector<Record> records;
     for (const char* detector : {"mine", "theirs"}) {
         for (const char* scene : {"a", "b"}) {
-            records.push_back(synthetic({.scene = scene, .detector = detector, .first_tick_us = 100, .left_mm = 5.0}));
+            records.push_back(
+                synthetic({.scene = scene, .detector = detector, .first_tick_us = 100, .residual_mm = 5.0}));
         }
     }
-    records.push_back(synthetic({.scene = "a", .detector = "guest", .first_tick_us = 300, .left_mm = 1.0}));
-    records.push_back(synthetic({.scene = "a", .detector = "late", .first_tick_us = 400, .left_mm = 2.0}));
+    records.push_back(synthetic({.scene = "a", .detector = "guest", .first_tick_us = 300, .residual_mm = 1.0}));
+    records.push_back(synthetic({.scene = "a", .detector = "late", .first_tick_us = 400, .residual_mm = 2.0}));
     const Results results(records);
     const Verdict verdict = verdict_of(results);
     ASSERT_EQ(verdict.rows.size(), 2U);
     ASSERT_EQ(verdict.partial.size(), 2U);
-    EXPECT_EQ(verdict.partial[0].contestant.detector, "guest");
+    EXPECT_EQ(verdict.partial[0].method.detector, "guest");
     EXPECT_FALSE(verdict.partial[0].dominated) << "row mine is faster on other scenes";
     EXPECT_TRUE(verdict.partial[1].dominated) << "by guest, of the same scenes";
     EXPECT_NEAR(verdict.partial[0].p50.value, 300e3, 1e-6) << "mean over the scenes that it ran on";
@@ -485,7 +489,7 @@ TEST(Verdict, AContestantOfSomeScenesComparesWithNoneOfAll) {
 }
 
 TEST(Regression, SameRecordsAreTheSameAndTheClockTakesNoPart) {
-    const std::vector<Record> before = three_contestants();
+    const std::vector<Record> before = three_methods();
     std::vector<Record> after;
     for (const std::int64_t process : {0, 1}) {
         after.push_back(synthetic({.repetition = process, .first_tick_us = 777}));
@@ -497,9 +501,9 @@ TEST(Regression, SameRecordsAreTheSameAndTheClockTakesNoPart) {
     EXPECT_EQ(found.compared, 3);
 }
 
-TEST(Regression, AChangedFigureIsToldBeforeAndAfter) {
-    const std::vector<Record> before{synthetic({.left_mm = 0.5})};
-    const std::vector<Record> after{synthetic({.left_mm = 0.75, .missing = 1})};
+TEST(Regression, AChangedFigureIsReportedBeforeAndAfter) {
+    const std::vector<Record> before{synthetic({.residual_mm = 0.5})};
+    const std::vector<Record> after{synthetic({.residual_mm = 0.75, .false_negatives = 1})};
     const StudyComparison found = compare_studies(before, after, 1e-9);
     EXPECT_FALSE(found.same());
     const auto has = [&found](const std::string& figure, const std::string& from, const std::string& to) {
@@ -508,11 +512,11 @@ TEST(Regression, AChangedFigureIsToldBeforeAndAfter) {
                    change.before == from && change.after == to;
         });
     };
-    EXPECT_TRUE(has("residual_max_m [m]", "0.000500", "0.000750"));
-    EXPECT_TRUE(has("missing", "0", "1110"));
+    EXPECT_TRUE(has("residual_penetration_max_m [m]", "0.000500", "0.000750"));
+    EXPECT_TRUE(has("false_negatives", "0", "1110"));
     EXPECT_TRUE(
         has("pairs / contacts / native contacts, first at tick 0 (1110 ticks differ)", "4 / 0 / 0", "3 / 0 / 0"));
-    EXPECT_TRUE(compare_studies(before, {synthetic({.left_mm = 0.5000001})}, 1e-3).same());
+    EXPECT_TRUE(compare_studies(before, {synthetic({.residual_mm = 0.5000001})}, 1e-3).same());
 }
 
 TEST(Regression, MissingExtraAndStaleRunsFail) {
@@ -520,15 +524,15 @@ TEST(Regression, MissingExtraAndStaleRunsFail) {
     std::vector<Record> after{synthetic({.scene = "b"}), synthetic({.scene = "c"})};
     after[0].spec.scene_hash = "another";
     const StudyComparison found = compare_studies(before, after, 1.0);
-    EXPECT_EQ(found.missing, std::vector<std::string>{"closed_loop a: mine + push (canonical)"});
-    EXPECT_EQ(found.extra, std::vector<std::string>{"closed_loop c: mine + push (canonical)"});
+    EXPECT_EQ(found.false_negatives, std::vector<std::string>{"closed_loop a: mine + push (canonical)"});
+    EXPECT_EQ(found.false_positives, std::vector<std::string>{"closed_loop c: mine + push (canonical)"});
     EXPECT_EQ(found.stale, std::vector<std::string>{"closed_loop b: mine + push (canonical)"});
     EXPECT_FALSE(found.same());
     EXPECT_FALSE(compare_studies({}, {}, 1.0).same()) << "nothing compared is no success";
 }
 
-TEST(Report, TellsNotApplicableFromZeroAndFailure) {
-    std::vector<Record> records = three_contestants();
+TEST(Report, ReportsNotApplicableFromZeroAndFailure) {
+    std::vector<Record> records = three_methods();
     records.push_back(synthetic({.detector = "lost", .outcome = {OutcomeKind::absent, "lost: library not found"}}));
     records.push_back(synthetic({.scene = "liver", .outcome = {OutcomeKind::unsupported, "no data"}}));
     records.push_back(
@@ -547,7 +551,7 @@ TEST(Report, TellsNotApplicableFromZeroAndFailure) {
 TEST(Report, RecallIsGivenWithAndWithoutTouches) {
     // Per tick 4 true pairs, 1 of them touching; 2 missed, 1 of these touching; 1 extra: precision 2/3, recall 2/4,
     // without touches 2/3, F1 = 2 * 2 / (4 + 3).
-    const std::vector<Record> records{synthetic({.mode = "replay", .missing = 2, .extra = 1})};
+    const std::vector<Record> records{synthetic({.mode = "replay", .false_negatives = 2, .false_positives = 1})};
     const std::string markdown = test::whole(make_report(records));
     EXPECT_NE(markdown.find("| `mine` | 4440 | 1110 | 0.667 | 0.500 | 0.667 | 0.571 | 2220 / 1110 | 1 of 1 |"),
               std::string::npos)
@@ -569,8 +573,8 @@ TEST(Report, AnAnswerCutByALimitIsNeverOk) {
 
 TEST(Report, AlmostAllIsNeverPrintedAsAll) {
     Record record = synthetic({.mode = "replay", .true_pairs = 1000});
-    record.rows[0].missing = 1;
-    record.rows[0].missing_touch = 0;
+    record.rows[0].false_negatives = 1;
+    record.rows[0].false_negatives_touch = 0;
     record.rows[0].pairs -= 1;
     record.summary = summarize(record.rows);
     const std::string markdown = test::whole(make_report({record}));
@@ -601,14 +605,14 @@ TEST(Report, ThesisTableStandsBesideThePublishedFigures) {
 }
 
 TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsewhere) {
-    std::vector<Record> records = three_contestants();
+    std::vector<Record> records = three_methods();
     EXPECT_NE(test::whole(make_report(records)).find("| in no row |"), std::string::npos);
     // Three runs of 1100 timed ticks of a response that stands for a row: 9 mm left at worst with tissue, 1.25 mm
     // without.
-    Record tissue = synthetic({.response = "bounce", .left_mm = 3.5});
-    Record rigid = synthetic({.scene = "cross", .pair_class = "I2I", .response = "bounce", .left_mm = 1.25});
+    Record tissue = synthetic({.response = "bounce", .residual_mm = 3.5});
+    Record rigid = synthetic({.scene = "cross", .pair_class = "I2I", .response = "bounce", .residual_mm = 1.25});
     Record broken = synthetic({.scene = "stab", .response = "bounce", .outcome = {OutcomeKind::unstable, "blew up"}});
-    Record torn = synthetic({.scene = "drag", .response = "bounce", .left_mm = 9.0});
+    Record torn = synthetic({.scene = "drag", .response = "bounce", .residual_mm = 9.0});
     for (Record* record : {&tissue, &rigid, &broken, &torn}) {
         record->environment["response.table_row"] = "B. Mirtich et al";
         record->environment["response.without_tissue"] = "acts as springs where nothing bends";
@@ -646,7 +650,7 @@ std::vector<Record> sweep() {
         Record record = synthetic({.mode = "work_precision",
                                    .response = response,
                                    .first_tick_us = us,
-                                   .left_mm = left,
+                                   .residual_mm = left,
                                    .knob = "k",
                                    .point = point});
         record.environment["run.dt_s"] = "0.001";
@@ -656,11 +660,11 @@ std::vector<Record> sweep() {
     return records;
 }
 
-TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreToldOnce) {
+TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreReportedOnce) {
     const auto run = [](const std::string& detector, const std::string& response, const std::string& hash,
                         double settled, double ruptures) {
-        Record record = synthetic({.detector = detector, .response = response, .left_mm = 4.0, .state_hash = hash});
-        record.summary["residual_settled_m"] = settled;
+        Record record = synthetic({.detector = detector, .response = response, .residual_mm = 4.0, .state_hash = hash});
+        record.summary["residual_penetration_settled_m"] = settled;
         record.summary["ruptures"] = ruptures;
         record.summary["reference_clears_hard"] = 0.0;
         record.summary["substeps"] = 16.0;
@@ -677,7 +681,7 @@ TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreToldOnce) {
         std::string::npos)
         << markdown;
     EXPECT_NE(
-        markdown.find("| poke | no | not cleared (3.00 mm left) | cleared (4.00 mm at worst before) | rupture told "
+        markdown.find("| poke | no | not cleared (3.00 mm left) | cleared (4.00 mm at worst before) | rupture reported "
                       "(2.00 mm left) |"),
         std::string::npos);
     EXPECT_NE(markdown.find("| I2T | poke | `mine + tearing (canonical)`, moving alike: `twin` | 2.00 | no | 3 |"),
@@ -687,11 +691,11 @@ TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreToldOnce) {
 }
 
 TEST(Report, ABlindDetectorSaysNothingOfWhatAResponseClears) {
-    std::vector<Record> records{synthetic({.left_mm = 4.0, .state_hash = "a1"}),
-                                synthetic({.detector = "blind", .left_mm = 9.0, .state_hash = "b1"})};
+    std::vector<Record> records{synthetic({.residual_mm = 4.0, .state_hash = "a1"}),
+                                synthetic({.detector = "blind", .residual_mm = 9.0, .state_hash = "b1"})};
     for (Record& record : records) {
         record.summary["reference_clears_hard"] = 1.0;
-        record.summary["residual_settled_m"] = record.spec.detector == "blind" ? 9.0e-3 : 0.0;
+        record.summary["residual_penetration_settled_m"] = record.spec.detector == "blind" ? 9.0e-3 : 0.0;
     }
     const auto row = [&records] {
         const std::string markdown = test::whole(make_report(records));
@@ -752,14 +756,14 @@ TEST(Report, PointsOfOneCurveHaveTheNameOfTheMethodWithoutTheKnobAndWithAllElse)
         records.push_back(point("mine", "alone:k=" + value, "response.k", value));
         records.push_back(point("mine", "first:k=" + value + ",mu=1", "response.k", value));
         records.push_back(point("mine", "middle:a=1,k=" + value + ",mu=1", "response.k", value));
-        records.push_back(point("mine", "hold:friction_k=7,k=" + value, "response.k", value));
+        records.push_back(point("mine", "unilateral:friction_k=7,k=" + value, "response.k", value));
         records.push_back(point("grid:bv=AABB,cell=" + value, "", "detector.cell", value));
     }
     records.push_back(point("mine", "default", "response.k", "50"));
     records.push_back(point("mine", "other:friction_k=7", "response.k", "50"));
     const std::string markdown = test::whole(make_report(records));
-    for (const char* curve : {"mine + alone", "mine + first:mu=1", "mine + middle:a=1,mu=1", "mine + hold:friction_k=7",
-                              "grid:bv=AABB over cell"}) {
+    for (const char* curve : {"mine + alone", "mine + first:mu=1", "mine + middle:a=1,mu=1",
+                              "mine + unilateral:friction_k=7", "grid:bv=AABB over cell"}) {
         for (const char* value : {"50", "100"}) {
             EXPECT_NE(markdown.find(fmt::format("| `{}` | {} | ", curve, value)), std::string::npos)
                 << curve << " at " << value << '\n'
@@ -812,8 +816,8 @@ TEST(Report, EveryStiffnessIsHeldAgainstTheReferenceOfItsOwn) {
         records[i].summary["force_error_rms_equal_k"] = errors.at(i);
         records[i].summary["force_bound_equal_k"] = fine ? 0.01 : 0.04;
     }
-    const Report told = make_report(records);
-    const std::string& markdown = test::whole(told);
+    const Report reported = make_report(records);
+    const std::string& markdown = test::whole(reported);
     // 0.03 N at 100 N/m may be 0.04 N: that of 50 N/m is the least.
     EXPECT_NE(markdown.find("| poke | k | contact of equal k | `mine + soft` at 50 N/m | 0.0300 | 0.0100 | 100 |"),
               std::string::npos)
@@ -823,7 +827,7 @@ TEST(Report, EveryStiffnessIsHeldAgainstTheReferenceOfItsOwn) {
     EXPECT_NE(markdown.find("Equal k at 50 N/m: bound 0.01 N RMS. Equal k at 100 N/m: bound 0.04 N RMS."),
               std::string::npos);
     EXPECT_NE(markdown.find("The reference itself knows 0.0100 to 0.0400 N."), std::string::npos);
-    const std::string& chart = told.files.at("charts/work_precision_1_equal_k.svg");
+    const std::string& chart = reported.files.at("charts/work_precision_1_equal_k.svg");
     EXPECT_NE(chart.find("mine + soft, k = 50 N/m: 100 µs, 0.0300 N"), std::string::npos);
 
     // A point without one keeps the place of the others.
@@ -871,7 +875,7 @@ TEST(Report, KnobsThatAreTurnedAreNoNoise) {
     again.summary.at("total_median_ns") *= 1.5;
     records.push_back(again);
     EXPECT_DOUBLE_EQ(Results(records).noise_floor(), 1.5);
-    EXPECT_TRUE(Results(records).contestants("work_precision").empty());
+    EXPECT_TRUE(Results(records).methods("work_precision").empty());
 }
 
 TEST(Report, NoiseIsTheRatioThatNineteenOfTwentyPairsOfProcessesStayBelow) {
@@ -887,13 +891,13 @@ TEST(Report, NoiseIsTheRatioThatNineteenOfTwentyPairsOfProcessesStayBelow) {
     EXPECT_NEAR(Results(records).noise_floor(), std::exp(0.19), 1e-12);
 }
 
-TEST(Report, AblationTellsWhatEachSwitchChangesAndWhatItDoesNot) {
+TEST(Report, AblationReportsWhatEachSwitchChangesAndWhatItDoesNot) {
     const auto run = [](const std::string& response, const std::string& knob, const std::string& point, double left,
                         const std::string& hash) {
         return synthetic({.mode = "ablation",
                           .response = response,
                           .first_tick_us = left < 1.0 ? 200 : 100,
-                          .left_mm = left,
+                          .residual_mm = left,
                           .state_hash = hash,
                           .knob = knob,
                           .point = point});
@@ -906,7 +910,7 @@ TEST(Report, AblationTellsWhatEachSwitchChangesAndWhatItDoesNot) {
                                       run("new:y=off", "y", "to with off", 0.25, "b")};
     const Report report = make_report(records);
     const std::string& markdown = test::whole(report);
-    // Both runs of a switch are told in the same direction: without the correction, with it.
+    // Both runs of a switch are reported in the same direction: without the correction, with it.
     EXPECT_NE(markdown.find("| `x`: off → on | `new` | left after a tick, worst (mm) | poke | 1.50 | 0.250 | × 6.00, "
                             "better | 1 of 1 | 0 of 1 | 2.00 |"),
               std::string::npos)
@@ -933,7 +937,8 @@ TEST(Report, AblationPrintsEveryFigureInTheUnitThatItNames) {
     const std::vector<Printed> all{
         {" (mm)",
          1e-3,
-         {"residual_max_m", "residual_median_m", "residual_settled_m", "overshoot_max_m", "position_error_rms_hard"}},
+         {"residual_penetration_max_m", "residual_penetration_median_m", "residual_penetration_settled_m",
+          "overshoot_max_m", "position_error_rms_hard"}},
         {" (mm³)", 1e-9, {"overlap_volume_max_m3"}},
         {" (N)",
          1.0,
@@ -942,7 +947,7 @@ TEST(Report, AblationPrintsEveryFigureInTheUnitThatItNames) {
         {"",
          1.0,
          {"ticks_to_clear_max", "re_penetrations", "wrong_side_vertices_max", "strain_over_max",
-          "book_momentum_error_share", "book_energy_error_share", "grasped_max", "detached", "ruptures"}}};
+          "momentum_residual_share", "energy_residual_share", "grasped_max", "detached", "ruptures"}}};
     std::vector<Record> records;
     for (const char* point : {"from", "from with on"}) {
         const bool is_on = !records.empty();
@@ -966,14 +971,14 @@ TEST(Report, AblationPrintsEveryFigureInTheUnitThatItNames) {
     }
 }
 
-TEST(Report, WhereASwitchActsIsToldAndAStatedSilenceIsHeldAgainstTheRuns) {
+TEST(Report, WhereASwitchActsIsReportedAndAStatedSilenceIsHeldAgainstTheRuns) {
     const auto run = [](const std::string& scene, const std::string& pair_class, const std::string& knob,
                         const std::string& point, double left, const std::string& hash) {
         return synthetic({.mode = "ablation",
                           .scene = scene,
                           .pair_class = pair_class,
                           .response = "old",
-                          .left_mm = left,
+                          .residual_mm = left,
                           .state_hash = hash,
                           .knob = knob,
                           .point = point});
@@ -1016,11 +1021,11 @@ TEST(Report, ASwitchAfterWhichAFigureIsNotKnownAnyMoreActs) {
     }
 }
 
-TEST(Report, ARivalLeftOutIsOneOfTheThingsThatAreChanged) {
+TEST(Report, ABaselineLeftOutIsOneOfTheThingsThatAreChanged) {
     // Least left: mine, then theirs; the third detector is behind both.
-    const Report report = make_report({synthetic({.detector = "mine", .left_mm = 0.1}),
-                                       synthetic({.detector = "theirs", .own = false, .left_mm = 0.2}),
-                                       synthetic({.detector = "third", .own = false, .left_mm = 0.3})});
+    const Report report = make_report({synthetic({.detector = "mine", .residual_mm = 0.1}),
+                                       synthetic({.detector = "theirs", .own = false, .residual_mm = 0.2}),
+                                       synthetic({.detector = "third", .own = false, .residual_mm = 0.3})});
     const std::string& markdown = test::whole(report);
     EXPECT_NE(markdown.find("| `theirs` left out | `mine + push (canonical)` | yes |"), std::string::npos) << markdown;
     EXPECT_NE(markdown.find("| `mine` left out | `theirs + push (canonical)` | left out itself |"), std::string::npos);
@@ -1035,10 +1040,10 @@ TEST(Report, DepthOfASceneWhereOnlyTheContactYieldsIsCalledItsOwn) {
 
 TEST(Report, ASwitchThatMakesARunFailStandsFirst) {
     const std::vector<Record> records{
-        synthetic({.mode = "ablation", .response = "old", .left_mm = 2.0, .state_hash = "a", .point = "from"}),
+        synthetic({.mode = "ablation", .response = "old", .residual_mm = 2.0, .state_hash = "a", .point = "from"}),
         synthetic({.mode = "ablation",
                    .response = "old:x=on",
-                   .left_mm = 0.01,
+                   .residual_mm = 0.01,
                    .state_hash = "b",
                    .knob = "x",
                    .point = "from with on"}),
@@ -1053,12 +1058,12 @@ TEST(Report, ASwitchThatMakesARunFailStandsFirst) {
     EXPECT_LT(failed, markdown.find("× 200, better"));
 }
 
-TEST(Report, AWinnerThatHangsOnOneSceneIsToldAsSuch) {
+TEST(Report, AWinnerThatHangsOnOneSceneIsReportedAsSuch) {
     // mine is better on a, theirs on b, and by more: geometric means 1.73 and 1.41 mm.
     const std::vector<Record> records{
-        synthetic({.scene = "a", .left_mm = 1.0}), synthetic({.scene = "b", .left_mm = 3.0}),
-        synthetic({.scene = "a", .detector = "theirs", .own = false, .left_mm = 2.0, .state_hash = "b"}),
-        synthetic({.scene = "b", .detector = "theirs", .own = false, .left_mm = 1.0, .state_hash = "b"})};
+        synthetic({.scene = "a", .residual_mm = 1.0}), synthetic({.scene = "b", .residual_mm = 3.0}),
+        synthetic({.scene = "a", .detector = "theirs", .own = false, .residual_mm = 2.0, .state_hash = "b"}),
+        synthetic({.scene = "b", .detector = "theirs", .own = false, .residual_mm = 1.0, .state_hash = "b"})};
     const std::string markdown = test::whole(make_report(records));
     EXPECT_NE(markdown.find("| nothing: the order of the tables, all scenes | `theirs + push (canonical)` | yes |"),
               std::string::npos)
@@ -1099,8 +1104,9 @@ TEST(Report, PacedTicksAreHeldAgainstTheReferenceOnTheSameTicks) {
         record.summary["detect_median_ns"] = 100e3;
         return record;
     };
-    const std::string markdown = test::whole(make_report(
-        {paced("mine", "near", 300e3, 10e3), paced("mine", "", 900e3, 20e3), paced("theirs", "near", 1200e3, 500e3)}));
+    const std::string markdown =
+        test::whole(make_report({paced("mine", "proximity", 300e3, 10e3), paced("mine", "", 900e3, 20e3),
+                                 paced("theirs", "proximity", 1200e3, 500e3)}));
     EXPECT_NE(markdown.find("| tick / update and detect of `theirs`, p50 |"), std::string::npos) << markdown;
     // 300 / (500 + 100), 1200 / (500 + 100); no such ticks of the reference.
     for (const char* cells : {"`mine + push` by near |", "`theirs + push` by near |", "`mine + push` |"}) {
@@ -1116,7 +1122,8 @@ TEST(Report, PacedTicksAreHeldAgainstTheReferenceOnTheSameTicks) {
     EXPECT_FALSE(cell_after("`mine + push` |", "| 1.50 |")) << "the reference never ran on these ticks";
     // A study of the clock alone has its answer on page 1.
     const std::string page =
-        make_report({paced("mine", "near", 300e3, 10e3), paced("theirs", "near", 1200e3, 500e3)}).files.at("report.md");
+        make_report({paced("mine", "proximity", 300e3, 10e3), paced("theirs", "proximity", 1200e3, 500e3)})
+            .files.at("report.md");
     EXPECT_NE(page.find("| scene | detector + response | p50 (µs) | p99 (µs) | deadline misses | empty loop: misses | "
                         "tick / update and detect of `theirs`, p50 |"),
               std::string::npos)
@@ -1166,8 +1173,8 @@ TEST(Report, CostBySizeIsOneChartPerFamilyAndStepperWithSizesAscending) {
     EXPECT_TRUE(organ < first && first < second && second != std::string::npos) << page;
 }
 
-TEST(Report, ASizeThatNoRunToldStandsInARowOfItsOwn) {
-    // Who ran out of time told no triangles.
+TEST(Report, ASizeThatNoRunReportedStandsInARowOfItsOwn) {
+    // Who ran out of time reported no triangles.
     const auto late = [](const std::string& scene) {
         Record record = sized(scene, 1, 1, "implicit");
         record.environment.erase("run.tissue_triangles");
@@ -1200,34 +1207,34 @@ TEST(Report, CostBySizeIsAbsentWithoutSuchRuns) {
     EXPECT_EQ(test::whole(make_report({synthetic({})})).find("Cost by size"), std::string::npos);
 }
 
-TEST(Report, ForceErrorsAgainstBothReferencesAreTold) {
-    std::vector<Record> records = three_contestants();
+TEST(Report, ForceErrorsAgainstBothReferencesAreReported) {
+    std::vector<Record> records = three_methods();
     EXPECT_NE(test::whole(make_report(records)).find("| no reference |"), std::string::npos);
     for (Record& record : records) {
         record.summary["force_error_rms_equal_k"] = 0.125;
         record.summary["force_error_rms_hard"] = 0.5;
     }
     EXPECT_NE(test::whole(make_report(records)).find("| 0.125 / 0.500 |"), std::string::npos);
-    // A reference that knows its force to 0.75 N only cannot tell an error of 0.5 N.
+    // A reference that knows its force to 0.75 N only cannot report an error of 0.5 N.
     for (Record& record : records) record.summary["force_bound_hard"] = 0.75;
     EXPECT_NE(test::whole(make_report(records)).find("| 0.125 / ≤ 0.750 |"), std::string::npos);
 }
 
 TEST(Report, SettledDepthIsHeldAgainstATenthOfAMillimetre) {
-    Record record = synthetic({.left_mm = 0.05});
-    record.summary["residual_settled_m"] = 0.05e-3;
+    Record record = synthetic({.residual_mm = 0.05});
+    record.summary["residual_penetration_settled_m"] = 0.05e-3;
     EXPECT_NE(test::whole(make_report({record})).find("| 0.0500 | no reference | 0 | cleared |"), std::string::npos)
         << test::whole(make_report({record}));
-    record.summary["residual_settled_m"] = 3e-3;
+    record.summary["residual_penetration_settled_m"] = 3e-3;
     record.summary["wrong_side_vertices_last"] = 7;
-    EXPECT_NE(test::whole(make_report({record})).find("7 vertices stay on the wrong side, no rupture told"),
+    EXPECT_NE(test::whole(make_report({record})).find("7 vertices stay on the wrong side, no rupture reported"),
               std::string::npos);
     record.summary["ruptures"] = 1;
-    EXPECT_NE(test::whole(make_report({record})).find("| rupture told |"), std::string::npos);
+    EXPECT_NE(test::whole(make_report({record})).find("| rupture reported |"), std::string::npos);
 }
 
 TEST(Report, SamplesWithoutASideStandBesideTheDepthWhereThereAreAny) {
-    Record record = synthetic({.left_mm = 0.05});
+    Record record = synthetic({.residual_mm = 0.05});
     record.summary["side_undecided_max"] = 0.0;
     EXPECT_EQ(test::whole(make_report({record})).find(" undecided)"), std::string::npos);
     record.summary["side_undecided_max"] = 12.0;
@@ -1240,14 +1247,14 @@ TEST(Report, SamplesWithoutASideStandBesideTheDepthWhereThereAreAny) {
 }
 
 TEST(Report, DirtyTreeAndNoisyMachineAreStamped) {
-    std::vector<Record> records = three_contestants();
+    std::vector<Record> records = three_methods();
     EXPECT_NE(test::whole(make_report(records)).find("Noisy machine"), std::string::npos);
     EXPECT_EQ(test::whole(make_report(records)).find("uncommitted changes"), std::string::npos);
     for (Record& record : records) record.environment["dirty"] = "yes";
     EXPECT_NE(test::whole(make_report(records)).find("uncommitted changes"), std::string::npos);
 }
 
-TEST(Report, DifferentFramesForDifferentDetectorsAreTold) {
+TEST(Report, DifferentFramesForDifferentDetectorsAreReported) {
     std::vector<Record> records{synthetic({.mode = "replay"}), synthetic({.mode = "replay", .detector = "theirs"})};
     EXPECT_NE(test::whole(make_report(records)).find("`00000000000000ff` | yes |"), std::string::npos);
     records[1].frames_hash = "00000000000000fe";
@@ -1258,7 +1265,7 @@ TEST(Report, RebuiltFromStoredRecordsItIsTheSameToTheByte) {
     const test::TemporaryFolder folder;
     {
         std::ofstream stream(folder.path() / "records.jsonl");
-        for (const Record& record : three_contestants()) stream << to_json_line(record) << "\n";
+        for (const Record& record : three_methods()) stream << to_json_line(record) << "\n";
     }
     const Report first = write_report(folder.path());
     std::map<std::string, std::string> on_disk;
@@ -1267,7 +1274,7 @@ TEST(Report, RebuiltFromStoredRecordsItIsTheSameToTheByte) {
         EXPECT_EQ(on_disk[name], content) << name;
     }
     // What was written from memory equals what is written from the file: nothing is lost in the records.
-    EXPECT_EQ(make_report(three_contestants()).files, first.files);
+    EXPECT_EQ(make_report(three_methods()).files, first.files);
     std::ofstream(folder.path() / "charts" / "of_yesterday.svg") << "<svg/>";
     const test::ProgramResult again = test::run_program("report " + folder.path().string());
     EXPECT_EQ(again.status, 0) << again.err;

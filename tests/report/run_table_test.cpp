@@ -72,7 +72,7 @@ TEST(ResultsCsv, EveryHeaderStandsOnceAndIsAWordThatFiguresCsvExplains) {
         if (!unit.contains(figure.name)) continue;
         EXPECT_EQ(unit.at(figure.name), figure.unit) << figure.name;
     }
-    EXPECT_EQ(unit.at("residual_max_m"), "m");
+    EXPECT_EQ(unit.at("residual_penetration_max_m"), "m");
 }
 
 TEST(ResultsCsv, AFileHoldsOneKindOfRun) {
@@ -106,7 +106,7 @@ TEST(ResultsCsv, MethodsAndParametersAreColumnsOfTheirOwn) {
     EXPECT_EQ(column("detector.update"), (std::vector<std::string>{"", "refit", ""}));
     EXPECT_EQ(column("response"), (std::vector<std::string>{"push", "push", "push"}));
     EXPECT_EQ(column("response.k"), (std::vector<std::string>{"", "", "200"}));
-    EXPECT_EQ(column("contacts"), (std::vector<std::string>{"canonical", "canonical", "canonical"}));
+    EXPECT_EQ(column("contacts"), (std::vector<std::string>{"intersection", "intersection", "intersection"}));
     EXPECT_EQ(column("device.saturation"), (std::vector<std::string>{"", "", "3"}));
     EXPECT_EQ(column("overrides.k"), (std::vector<std::string>{"", "", "400"}));
     EXPECT_EQ(column("outcome"), (std::vector<std::string>{"ok", "ok", "threw"}));
@@ -140,12 +140,13 @@ runs <- read.csv("results.csv")
 what <- read.csv("figures.csv")
 stopifnot(nrow(runs) == 3, !any(duplicated(names(runs))), all(names(runs) %in% what$name))
 stopifnot(identical(names(runs), names(read.csv("results.csv", check.names = FALSE))))
-stopifnot(is.numeric(runs$residual_max_m), is.character(runs$outcome), runs$message[3] == "said \"no\", twice\nand left")
-cat(sprintf("%.17g", runs$residual_max_m[1]))
+stopifnot(is.numeric(runs$residual_penetration_max_m), is.character(runs$outcome), runs$message[3] == "said \"no\", twice\nand left")
+cat(sprintf("%.17g", runs$residual_penetration_max_m[1]))
 )";
     ASSERT_EQ(std::system(("cd " + folder.path().string() + " && Rscript read.R >out 2>err").c_str()), 0)
         << test::read_file(folder.path() / "err");
-    EXPECT_EQ(std::stod(test::read_file(folder.path() / "out")), mixed_records()[0].summary.at("residual_max_m"));
+    EXPECT_EQ(std::stod(test::read_file(folder.path() / "out")),
+              mixed_records()[0].summary.at("residual_penetration_max_m"));
 }
 
 TEST(ResultsCsv, PandasOpensThemAsTheyStand) {
@@ -158,7 +159,7 @@ import pandas
 runs = pandas.read_csv("results.csv")
 what = pandas.read_csv("figures.csv")
 assert len(runs) == 3 and runs.columns.is_unique and set(runs.columns) <= set(what["name"])
-assert runs["residual_max_m"].dtype == float and runs["message"][2] == 'said "no", twice\nand left'
+assert runs["residual_penetration_max_m"].dtype == float and runs["message"][2] == 'said "no", twice\nand left'
 )";
     EXPECT_EQ(std::system(("cd " + folder.path().string() + " && /usr/bin/python3 read.py >out 2>err").c_str()), 0)
         << test::read_file(folder.path() / "err");

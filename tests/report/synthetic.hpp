@@ -16,16 +16,16 @@ struct SyntheticRun {
     std::string pair_class = "I2T";
     std::string detector = "mine";
     std::string response = "push";
-    std::string contacts = "canonical";
+    std::string contacts = "intersection";
     bool own = true;
     std::int64_t repetition = 0;
     std::int64_t ticks = 1110;
     std::int64_t first_tick_us = 100;  ///< tick i takes first_tick_us + i * step_us, all of it in stage detect
     std::int64_t step_us = 0;
-    double left_mm = 0.5;  ///< after every tick
+    double residual_mm = 0.5;  ///< after every tick
     std::int64_t true_pairs = 4;
-    std::int64_t missing = 0;
-    std::int64_t extra = 0;
+    std::int64_t false_negatives = 0;
+    std::int64_t false_positives = 0;
     std::string state_hash = "00000000000000aa";
     std::string knob = {};
     std::string point = {};
@@ -70,13 +70,13 @@ inline Record synthetic(const SyntheticRun& run) {
         row.time = 0.001 * static_cast<double>(tick);
         row.stage_ns.at(static_cast<std::size_t>(Stage::update)) = 0;
         row.stage_ns.at(static_cast<std::size_t>(Stage::detect)) = 1000 * (run.first_tick_us + tick * run.step_us);
-        row.pairs = run.true_pairs - run.missing + run.extra;
+        row.pairs = run.true_pairs - run.false_negatives + run.false_positives;
         row.true_pairs = run.true_pairs;
         row.true_touch = 1;
-        row.missing = run.missing;
-        row.missing_touch = run.missing > 0 ? 1 : 0;
-        row.extra = run.extra;
-        row.max_depth = run.left_mm * 1e-3;
+        row.false_negatives = run.false_negatives;
+        row.false_negatives_touch = run.false_negatives > 0 ? 1 : 0;
+        row.false_positives = run.false_positives;
+        row.residual_penetration = run.residual_mm * 1e-3;
         row.tool_force = Vector3(0.0, 0.0, tick % 2 == 0 ? 1.0 : -1.0);
         record.rows.push_back(row);
     }
@@ -84,7 +84,7 @@ inline Record synthetic(const SyntheticRun& run) {
     return record;
 }
 
-/// All that a report tells, page 1 and what stands behind it, as Markdown.
+/// All that a report reports, page 1 and what stands behind it, as Markdown.
 inline std::string whole(const Report& report) { return to_markdown(report.document); }
 
 }  // namespace trocar::test

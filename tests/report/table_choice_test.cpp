@@ -17,10 +17,10 @@ using test::synthetic;
 std::vector<Record> records() {
     std::vector<Record> list;
     for (const char* scene : {"poke", "drag"}) {
-        for (const char* response : {"hold", "push:k=200"}) {
+        for (const char* response : {"unilateral", "push:k=200"}) {
             for (const std::int64_t process : {0, 1}) {
                 list.push_back(
-                    synthetic({.scene = scene, .response = response, .repetition = process, .left_mm = 0.25}));
+                    synthetic({.scene = scene, .response = response, .repetition = process, .residual_mm = 0.25}));
             }
         }
         list.push_back(synthetic({.mode = "replay", .scene = scene}));
@@ -64,39 +64,40 @@ TEST(TableChoice, RowsStandInTheOrderAskedForElseByTheColumnsShown) {
     std::vector<Record> list = records();
     for (Record& record : list) {
         const bool poke = record.spec.scene == "poke";
-        const bool hold = record.spec.response == "hold";
-        record.summary["residual_max_m"] = poke && hold ? std::nan("") : (poke ? 1.0 : 2.0) + (hold ? 0.5 : 0.0);
+        const bool hold = record.spec.response == "unilateral";
+        record.summary["residual_penetration_max_m"] =
+            poke && hold ? std::nan("") : (poke ? 1.0 : 2.0) + (hold ? 0.5 : 0.0);
     }
     const std::vector<std::string> columns{"scene", "response"};
     const std::vector<std::string> where{"mode=closed_loop"};
     EXPECT_EQ(words_of(choose_table(list, {columns, where})), "drag hold / drag push / poke hold / poke push / ");
     EXPECT_EQ(words_of(choose_table(list, {columns, where, {"response", "scene:desc"}})),
               "poke hold / drag hold / poke push / drag push / ");
-    EXPECT_EQ(words_of(choose_table(list, {columns, where, {"residual_max_m"}})),
+    EXPECT_EQ(words_of(choose_table(list, {columns, where, {"residual_penetration_max_m"}})),
               "poke push / drag push / drag hold / poke hold / ");
-    EXPECT_EQ(words_of(choose_table(list, {columns, where, {"residual_max_m:desc"}})),
+    EXPECT_EQ(words_of(choose_table(list, {columns, where, {"residual_penetration_max_m:desc"}})),
               "drag hold / drag push / poke push / poke hold / ");
     EXPECT_NE(refusal({{}, {}, {"scene:down"}}).find("NAME:desc"), std::string::npos);
     EXPECT_NE(refusal({{}, {}, {"scenes"}}).find("scene"), std::string::npos);
 }
 
-TEST(TableChoice, RowsThatReadAlikeAreToldApart) {
-    const TableChoice unseen{{"scene", "residual_max_m"}, {"mode=closed_loop"}};
+TEST(TableChoice, RowsThatReadAlikeAreReportedApart) {
+    const TableChoice unseen{{"scene", "residual_penetration_max_m"}, {"mode=closed_loop"}};
     const std::vector<std::string> notes = choose_table(records(), unseen).notes;
     ASSERT_EQ(notes.size(), 2U);
     EXPECT_NE(notes[1].find("differ in response, response.k"), std::string::npos) << notes[1];
-    const TableChoice seen{{"scene", "response", "residual_max_m"}, {"mode=closed_loop"}};
+    const TableChoice seen{{"scene", "response", "residual_penetration_max_m"}, {"mode=closed_loop"}};
     EXPECT_EQ(choose_table(records(), seen).notes.size(), 1U) << "the processes that are left out, and nothing else";
 }
 
-TEST(TableChoice, WhatIsLeftOutWithoutBeingAskedForIsTold) {
+TEST(TableChoice, WhatIsLeftOutWithoutBeingAskedForIsReported) {
     EXPECT_EQ(choose_table(records(), {{"scene", "response"}, {}}).notes.size(), 2U);
     const ChosenTable all = choose_table(records(), {{"scene", "response", "repetition"}, {"mode=closed_loop"}});
     EXPECT_TRUE(all.notes.empty());
     EXPECT_EQ(all.rows.size(), 8U);
 }
 
-TEST(TableChoice, HowManyProcessesAreLeftOutIsTold) {
+TEST(TableChoice, HowManyProcessesAreLeftOutIsReported) {
     // Eight runs of the closed loop, of which every second is the second process of the one before.
     const std::vector<std::string> notes = choose_table(records(), {{"scene", "response"}, {"mode=closed_loop"}}).notes;
     ASSERT_EQ(notes.size(), 1U);
@@ -104,11 +105,12 @@ TEST(TableChoice, HowManyProcessesAreLeftOutIsTold) {
 }
 
 TEST(TableChoice, NumbersAreThoseOfTheRecordsInTheUnitThatIsNamed) {
-    const ChosenTable table = choose_table(
-        records(),
-        {{"residual_max_m", "residual_max_m:mm", "residual_max_m:um", "total_median_ns:ms", "ticks_planned"}, {}});
+    const ChosenTable table =
+        choose_table(records(), {{"residual_penetration_max_m", "residual_penetration_max_m:mm",
+                                  "residual_penetration_max_m:um", "total_median_ns:ms", "ticks_planned"},
+                                 {}});
     const Record record = records()[0];
-    EXPECT_EQ(table.rows[0][0].number, record.summary.at("residual_max_m"));
+    EXPECT_EQ(table.rows[0][0].number, record.summary.at("residual_penetration_max_m"));
     EXPECT_EQ(table.rows[0][1].number, 0.25);
     EXPECT_NEAR(table.rows[0][2].number, 250.0, 1e-9);
     EXPECT_NEAR(table.rows[0][3].number, 1e-6 * record.summary.at("total_median_ns"), 1e-15);
@@ -118,17 +120,18 @@ TEST(TableChoice, NumbersAreThoseOfTheRecordsInTheUnitThatIsNamed) {
 }
 
 TEST(TableChoice, EveryFormatHasTheSameRows) {
-    const ChosenTable table = choose_table(records(), {{"scene", "response", "residual_max_m:mm"}, {"scene=poke"}});
+    const ChosenTable table =
+        choose_table(records(), {{"scene", "response", "residual_penetration_max_m:mm"}, {"scene=poke"}});
     EXPECT_EQ(
         table_as_markdown(table),
         "| scene | response | residual max (mm) |\n|---|---|---:|\n| poke | hold | 0.250 |\n| poke | push | 0.250 |\n");
     EXPECT_NE(table_as_latex(table).find("poke & hold & 0.250 \\\\"), std::string::npos) << table_as_latex(table);
     EXPECT_EQ(test::csv_rows(table_as_csv(table)),
               (std::vector<std::vector<std::string>>{
-                  {"scene", "response", "residual_max_mm"}, {"poke", "hold", "0.25"}, {"poke", "push", "0.25"}}));
+                  {"scene", "response", "residual_max_mm"}, {"poke", "unilateral", "0.25"}, {"poke", "push", "0.25"}}));
 }
 
-TEST(TableChoice, WithoutColumnsItTellsWhoWhereAndHowMuch) {
+TEST(TableChoice, WithoutColumnsItReportsWhoWhereAndHowMuch) {
     const ChosenTable table = choose_table(records(), {});
     std::vector<std::string> names;
     for (const ChosenColumn& column : table.columns) names.push_back(column.name);
@@ -140,12 +143,12 @@ TEST(TableChoice, WithoutColumnsItTellsWhoWhereAndHowMuch) {
 }
 
 TEST(TableChoice, BadNamesGetOneLineThatListsNearOnes) {
-    EXPECT_NE(refusal({{"residual_mx_m"}, {}}).find("residual_max_m"), std::string::npos);
+    EXPECT_NE(refusal({{"residual_mx_m"}, {}}).find("residual_penetration_max_m"), std::string::npos);
     EXPECT_NE(refusal({{"scenes"}, {}}).find("scene"), std::string::npos);
     EXPECT_NE(refusal({{}, {"respons=hold"}}).find("response"), std::string::npos);
     EXPECT_NE(refusal({{}, {"scene=poker"}}).find("poke"), std::string::npos);
     EXPECT_NE(refusal({{}, {"scene"}}).find("NAME=VALUE"), std::string::npos);
-    EXPECT_NE(refusal({{"residual_max_m:ms"}, {}}).find("(m)"), std::string::npos);
+    EXPECT_NE(refusal({{"residual_penetration_max_m:ms"}, {}}).find("(m)"), std::string::npos);
     EXPECT_NE(refusal({{"scene:mm"}, {}}).find("scene"), std::string::npos);
     EXPECT_NE(refusal({{}, {"mode=replay", "response=hold"}}).find("all of these"), std::string::npos);
     EXPECT_EQ(refusal({{"residual_mx_m"}, {}}).find('\n'), std::string::npos);

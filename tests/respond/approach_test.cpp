@@ -29,7 +29,7 @@ using test::LoopBody;
 using test::make_box;
 using test::make_sheet;
 
-const std::string hold = "hold";
+const std::string hold = "unilateral";
 
 // ---------------------------------------------------------------- tissue that flies into a face
 
@@ -122,7 +122,7 @@ TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
                 bool starts_near = false;
             };
             // The skin of the sheet is 5 um: within it a tool that stands is moved off.
-            const std::vector<Way> ways{
+            const std::vector<Way> paths{
                 {"sideways 0.2 mm above", [](double t) { return Vector3(-0.02 + 1.0 * t, 0.0007, 0.0002); }},
                 {"down at 0.5 m/s to 0.05 mm above, and up",
                  [](double t) { return Vector3(0.0011, 0.0007, 5e-5 + 0.5 * std::abs(t - 0.01)); }},
@@ -130,12 +130,12 @@ TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
                  true},
                 {"up from 8 um above", [](double t) { return Vector3(0.0011, 0.0007, 8e-6 + 0.5 * t); }}};
             const test::Mesh tool = make_box(Vector3(0.012, 0.008, 0.01));
-            for (const Way& way : ways) {
+            for (const Way& path : paths) {
                 const auto run = [&](double aside) {
                     return ClosedLoop({LoopBody{.name = "tool",
                                                 .kind = BodyKind::instrument,
                                                 .mesh = tool,
-                                                .offset = [=, place = way.place](double t) -> Vector3 {
+                                                .offset = [=, place = path.place](double t) -> Vector3 {
                                                     return place(t) + Vector3(0, 0, 0.005 + aside);
                                                 }},
                                        LoopBody{.name = "sheet",
@@ -149,16 +149,16 @@ TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
                 bool watched = false;
                 for (int tick = 0; tick < 20; ++tick) {
                     ASSERT_TRUE(beside.step() && away.step());
-                    watched = watched || !beside.effect.contacts.empty();
-                    EXPECT_EQ(beside.tool_force(0), Vector3(Vector3::Zero())) << way.name << " in tick " << tick;
+                    watched = watched || !beside.output.contacts.empty();
+                    EXPECT_EQ(beside.tool_force(0), Vector3(Vector3::Zero())) << path.name << " in tick " << tick;
                     const Range sheet = beside.topology.bodies[1].vertices;
                     const Matrix3X moved =
                         (beside.frame.position - away.frame.position).middleCols(sheet.first, sheet.count);
                     constexpr double rounding = 1e-15;  // m
-                    ASSERT_LE(moved.cwiseAbs().maxCoeff(), rounding) << way.name << " in tick " << tick;
+                    ASSERT_LE(moved.cwiseAbs().maxCoeff(), rounding) << path.name << " in tick " << tick;
                 }
-                if (way.starts_near) {
-                    EXPECT_TRUE(watched) << way.name << ": it should have been looked at";
+                if (path.starts_near) {
+                    EXPECT_TRUE(watched) << path.name << ": it should have been examined";
                 }
             }
         });
@@ -180,17 +180,17 @@ const std::vector<Tool> tools{
     {"point", R"({"shape":"shaft","radius":0.002,"length":0.06,"edge":0.002})", 0.0}};
 
 /// A hand leads it at `speed` (m/s) from 20 ms above the plane of a sheet to 3 mm below.
-Scene landing(const Tool& tool, double led_at) {
-    const double top = 0.0203 * led_at;
+Scene landing(const Tool& tool, double driven_at) {
+    const double top = 0.0203 * driven_at;
     constexpr double low = -0.003;
     return test::scene_from_text(fmt::format(
-        R"({{"format":"trocar-scene-1","name":"landing","unit":"m","dt":0.001,"ticks":60,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"landing","unit":"m","dt":0.001,"ticks":60,"seed":1,"bodies":[
       {{"name":"sheet","kind":"tissue","closed":false,"side":"front",
         "parts":[{{"shape":"sheet","size":[0.1,0.1],"edge":0.005}}],"tissue":{{"pinned":"rim"}}}},
       {{"name":"tool","kind":"instrument","closed":true,"parts":[{}],
        "motion":{{"drive":"operator","keys":[{{"time":0,"pose":[0.0003,0.0002,{},0,0,30]}},
                                             {{"time":{},"pose":[0.0003,0.0002,{},0,0,30]}}]}}}}]}})",
-        tool.part, top + tool.bottom, (top - low) / led_at, low + tool.bottom));
+        tool.part, top + tool.bottom, (top - low) / driven_at, low + tool.bottom));
 }
 
 struct Touch {
@@ -202,13 +202,13 @@ struct Touch {
 Touch first_touch(const Scene& scene, const std::string& method) {
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("ohc_clustered"), make_response(spec.name, spec.parameters),
-                          registry().source(default_source(spec)));
+                          registry().contact_generator(default_contact_generator(spec)));
     DepthTruth truth(scene.topology, scene.first);
     const Index body = scene.topology.bodies[0].kind == BodyKind::instrument ? 0 : 1;
     const Range tool = scene.topology.bodies[static_cast<std::size_t>(body)].vertices;
     for (int tick = 0; tick < 60; ++tick) {
         simulation.step();
-        const double depth = truth.measure(simulation.frame()).max_depth;
+        const double depth = truth.measure(simulation.frame()).residual_penetration;
         const double lowest = simulation.frame().position.middleCols(tool.first, tool.count).row(2).minCoeff();
         if (lowest < 0.0) return {depth, -lowest};
     }
@@ -219,9 +219,9 @@ Touch first_touch(const Scene& scene, const std::string& method) {
 TEST(Approach, TissueIsClearOfAHandLedToolAfterTheTickInWhichItLands) {
     double latest = 0.0;
     for (const Tool& tool : tools) {
-        for (const double led_at : {0.25, 0.5, 1.0, 2.0, 3.0}) {
-            const Scene scene = landing(tool, led_at);
-            EXPECT_LE(first_touch(scene, hold).depth, 1e-5) << tool.name << " at " << led_at;
+        for (const double driven_at : {0.25, 0.5, 1.0, 2.0, 3.0}) {
+            const Scene scene = landing(tool, driven_at);
+            EXPECT_LE(first_touch(scene, hold).depth, 1e-5) << tool.name << " at " << driven_at;
             // The plain spring is as soft as the tissue.
             latest = std::max(latest, first_touch(scene, "penalty").depth);
         }
@@ -231,13 +231,13 @@ TEST(Approach, TissueIsClearOfAHandLedToolAfterTheTickInWhichItLands) {
 
 TEST(Approach, TissueGainsNoMoreThanAHandGivesWhenItsToolLands) {
     for (const Tool& tool : tools) {
-        for (const double led_at : {0.25, 0.5, 1.0, 2.0, 3.0}) {
-            const Scene scene = landing(tool, led_at);
+        for (const double driven_at : {0.25, 0.5, 1.0, 2.0, 3.0}) {
+            const Scene scene = landing(tool, driven_at);
             test::CreatedEnergy created(scene);
             RunLimits limits;
             limits.observe = [&created](const Simulation& now, const StepRow& /*row*/) { created.observe(now); };
             test::run_scene_with(scene, hold, 1000, 0, limits);
-            EXPECT_LE(created.share(), 1e-6) << tool.name << " at " << led_at;
+            EXPECT_LE(created.share(), 1e-6) << tool.name << " at " << driven_at;
         }
     }
 }

@@ -32,11 +32,11 @@ std::vector<Attraction> by_brute_force(const ThesisState& state, const Frame& fr
         const Vector3 x = frame.position.col(a);
         const Vector3 v = frame.velocity.col(a);
         if (v.norm() == 0.0) continue;
-        const double way = std::min(state.settings.n_back * state.dt * v.norm(), state.settings.l_max);
+        const double path = std::min(state.settings.n_back * state.dt * v.norm(), state.settings.l_max);
         std::vector<Index> attracted;
         for (const Index t : met) {
             const equations::Corners corners = corners_of(topology, frame.position, t);
-            const equations::PathHit hit = equations::path_hit(corners, x - way * v.normalized(), x);
+            const equations::PathHit hit = equations::path_hit(corners, x - path * v.normalized(), x);
             if (!hit.found) continue;
             const Index vertex = topology.triangles(equations::nearest_corner(corners, hit.point), t);
             if (std::find(attracted.begin(), attracted.end(), vertex) != attracted.end()) continue;
@@ -86,18 +86,18 @@ void expect_same(const test::Shape& ball, const test::Shape& soup, std::uint32_t
         }
     }
     BackProjection back_projection;
-    Effect effect;
-    effect.resize(world.topology.vertex_count, world.topology.body_count());
-    back_projection.respond(state, frame, contacts, effect);
+    ResponseOutput output;
+    output.resize(world.topology.vertex_count, world.topology.body_count());
+    back_projection.respond(state, frame, contacts, output);
 
     const std::vector<Attraction> expected = by_brute_force(state, frame, met);
     ASSERT_GT(expected.size(), 40U);
-    ASSERT_EQ(effect.contacts.size(), expected.size());
+    ASSERT_EQ(output.contacts.size(), expected.size());
     for (std::size_t i = 0; i < expected.size(); ++i) {
-        EXPECT_EQ(effect.contacts[i].vertices[0], expected[i].tissue_vertex) << i;
-        EXPECT_EQ(effect.contacts[i].reaction_point, Vector3(frame.position.col(expected[i].tool_vertex))) << i;
+        EXPECT_EQ(output.contacts[i].vertices[0], expected[i].tissue_vertex) << i;
+        EXPECT_EQ(output.contacts[i].reaction_point, Vector3(frame.position.col(expected[i].tool_vertex))) << i;
         // The gap is that at the start of the tick, before the tool's script has moved it.
-        const double depth = effect.contacts[i].face_velocity * state.dt - effect.contacts[i].gap;
+        const double depth = output.contacts[i].face_velocity * state.dt - output.contacts[i].gap;
         EXPECT_NEAR(depth, expected[i].depth, 1e-15) << i;
     }
 }

@@ -65,7 +65,7 @@ int ticks_to_last_key(double speed, double depth, After after) {
 TEST(HoldResolution, ClearsATwoHundredMillisecondsAfterStopDragAndWithdrawal) {
     for (const After after : {After::stop, After::drag, After::withdraw}) {
         for (const double speed : {0.1, 0.6}) {
-            ClosedLoop loop = stab("hold", speed, 0.006, after);
+            ClosedLoop loop = stab("unilateral", speed, 0.006, after);
             const int ticks = ticks_to_last_key(speed, 0.006, after) + 200;
             std::int64_t ruptures = 0;
             for (int tick = 0; tick < ticks; ++tick) {
@@ -104,7 +104,7 @@ TEST(HoldRigid, BoneSpikeUnderTissueLiftsItAndFaithfulIgnoresIt) {
         for (int tick = 0; tick < 250; ++tick) EXPECT_TRUE(loop.step()) << loop.outcome.message;
         return -depth_at_tip(loop);  // the spike's way above the sheet
     };
-    EXPECT_LE(run("hold"), 1e-4);
+    EXPECT_LE(run("unilateral"), 1e-4);
     EXPECT_GT(run("thesis"), 1e-3);
 }
 
@@ -116,9 +116,9 @@ TEST(TissueTissue, AnEvenNumberOfPairsCancelsInFaithfulAndNotInCorrected) {
         s.respond(method);
         Vector3 speed = s.frame.velocity.col(3);
         Vector3 other = s.frame.velocity.col(0);
-        for (const Placement& placement : s.effect.placements) {
-            if (placement.vertex == 3) speed = placement.velocity;
-            if (placement.vertex == 0) other = placement.velocity;
+        for (const PositionCorrection& position_correction : s.output.position_corrections) {
+            if (position_correction.vertex == 3) speed = position_correction.velocity;
+            if (position_correction.vertex == 0) other = position_correction.velocity;
         }
         return -(speed - other).z();
     };
@@ -136,12 +136,13 @@ TEST(TissueTissue, CorrectedLeavesPartingTissueAloneAndKeepsMomentum) {
         s.frame.velocity.col(3) = Vector3(0.0, 0.1, speed);
         s.respond("thesis:profile=corrected");
         Vector3 momentum = Vector3::Zero();
-        for (const Placement& placement : s.effect.placements) {
-            const Vector3 before = s.frame.velocity.col(placement.vertex);
-            momentum += s.materials.mass[static_cast<std::size_t>(placement.vertex)] * (placement.velocity - before);
+        for (const PositionCorrection& position_correction : s.output.position_corrections) {
+            const Vector3 before = s.frame.velocity.col(position_correction.vertex);
+            momentum += s.materials.mass[static_cast<std::size_t>(position_correction.vertex)] *
+                        (position_correction.velocity - before);
         }
         EXPECT_LT(momentum.norm(), 1e-15);
-        EXPECT_EQ(s.effect.placements.empty(), speed > 0.0);
+        EXPECT_EQ(s.output.position_corrections.empty(), speed > 0.0);
     }
 }
 
@@ -193,7 +194,7 @@ TEST(TissueTissue, SheetsPressedOnEachOtherKeepTheirOrderInHold) {
         }
         return most;
     };
-    EXPECT_LT(worst("hold"), 1e-4);
+    EXPECT_LT(worst("unilateral"), 1e-4);
 }
 
 TEST(RigidTissue, FaithfulProjectsTissueVerticesAndIgnoresTheRest) {
@@ -201,14 +202,14 @@ TEST(RigidTissue, FaithfulProjectsTissueVerticesAndIgnoresTheRest) {
     s.frame.previous.col(3) = Vector3(0.003, 0.005, 0.0005);
     s.frame.velocity.col(3) = Vector3(1.0, 0.0, -1.0);
     s.respond("thesis");
-    ASSERT_EQ(s.effect.placements.size(), 1U);
-    EXPECT_LT((s.effect.placements[0].position - Vector3(0.0035, 0.005, 0.0)).norm(), 1e-15);
-    EXPECT_LT((s.effect.placements[0].velocity - Vector3(1.0, 0.0, 0.0)).norm(), 1e-15);
+    ASSERT_EQ(s.output.position_corrections.size(), 1U);
+    EXPECT_LT((s.output.position_corrections[0].position - Vector3(0.0035, 0.005, 0.0)).norm(), 1e-15);
+    EXPECT_LT((s.output.position_corrections[0].velocity - Vector3(1.0, 0.0, 0.0)).norm(), 1e-15);
     PairSample other = vertex_of_a_in_b(BodyKind::rigid, BodyKind::tissue);
     other.respond("thesis");
-    EXPECT_EQ(other.effect.skipped_for(SkipReason::not_handled), 1);
+    EXPECT_EQ(other.output.skipped_for(SkipReason::not_handled), 1);
     other.respond("thesis:profile=corrected,n_back=0");
-    EXPECT_EQ(other.effect.contacts.size(), 1U);
+    EXPECT_EQ(other.output.contacts.size(), 1U);
 }
 
 /// Sheet between the jaws of a tool that closes at 20 ms, lifts by `lift` and opens again.
@@ -267,10 +268,10 @@ TEST(EveryResponse, EveryDeclaredChoiceRunsAndStaysFinite) {
             for (int tick = 0; tick < 60; ++tick) {
                 if (!loop.step()) break;  // a blow-up has a name; what must not be is an unnamed one
                 ASSERT_TRUE(loop.frame.all_finite()) << method;
-                for (const Wrench& wrench : loop.effect.wrench) ASSERT_TRUE(wrench.force.allFinite()) << method;
+                for (const Wrench& wrench : loop.output.wrench) ASSERT_TRUE(wrench.force.allFinite()) << method;
             }
             EXPECT_TRUE(loop.outcome.ok() || method.find("printed") != std::string::npos ||
-                        method.find("hold") != std::string::npos || method.find("explicit") != std::string::npos)
+                        method.find("unilateral") != std::string::npos || method.find("explicit") != std::string::npos)
                 << method << ": " << loop.outcome.message;
         }
     }

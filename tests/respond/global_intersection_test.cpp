@@ -184,17 +184,17 @@ TEST(GlobalIntersection, MovingTheTissueAlongItsForceShortensTheDistances) {
         const Traced traced(world);
         ContactSet contacts;
         contacts.pairs = traced.pairs;
-        world.response().respond(world.frame, world.dt, contacts, {}, world.effect);
+        world.response().respond(world.frame, world.dt, contacts, {}, world.output);
         double sum = 0.0;
-        for (const LinearContact& c : world.effect.contacts) sum += 0.5 * c.k * c.gap * c.gap;
+        for (const ContactForceLaw& c : world.output.contacts) sum += 0.5 * c.k * c.gap * c.gap;
         return sum;
     };
     energy();
-    ASSERT_GT(world.effect.contacts.size(), 2U);
+    ASSERT_GT(world.output.contacts.size(), 2U);
     double slope = 0.0;
-    const Vector3 direction = world.effect.contacts[0].normal;
+    const Vector3 direction = world.output.contacts[0].normal;
     EXPECT_LT((direction + Vector3::UnitZ()).norm(), 1e-6);
-    for (const LinearContact& c : world.effect.contacts) {
+    for (const ContactForceLaw& c : world.output.contacts) {
         if (c.bilateral()) {  // drag across the pull
             EXPECT_LT(std::abs(c.normal.dot(direction)), 1e-12);
             EXPECT_EQ(c.k, 0.0);

@@ -125,13 +125,13 @@ TEST(GodObject, FollowsFreelyAndRestsOnAPlaneUnderTheDevice) {
 TEST(GodObject, SlidesOverSharedEdgesAndVerticesWithoutCatching) {
     // Straight along a row of vertices and along a diagonal, deep under the floor: right above the device in every
     // tick.
-    for (const Vector3& way : {Vector3(1e-4, 0, 0), Vector3(1e-4, 1e-4, 0), Vector3(0.97e-4, 0.31e-4, 0)}) {
+    for (const Vector3& path : {Vector3(1e-4, 0, 0), Vector3(1e-4, 1e-4, 0), Vector3(0.97e-4, 0.31e-4, 0)}) {
         Bone bone(floor_mesh(20), false);
         Vector3 device(-0.04, -0.04, 0.01);
         bone.follow(device);
         device.z() = -0.004;
         for (int tick = 0; tick < 700; ++tick) {
-            device += way;
+            device += path;
             const Vector3 proxy = bone.follow(device);
             ASSERT_LT((proxy - Vector3(device.x(), device.y(), r)).norm(), 1e-9) << "tick " << tick;
         }
@@ -348,7 +348,7 @@ TEST(TipProxy, ATipThatHasGoneThroughAThinPlateIsStillPushedBackTheWayItCame) {
         test::ClosedLoop loop = pressed_tip(method, -0.009, 0.001);
         for (int tick = 0; tick < 20; ++tick) ASSERT_TRUE(loop.step());
         bool found = false;
-        for (const LinearContact& contact : loop.effect.contacts) {
+        for (const ContactForceLaw& contact : loop.output.contacts) {
             const bool tip = contact.vertices[0] == 0 && std::abs(contact.gap + 0.009) < 1e-9;
             found = found || (tip && (contact.normal - Vector3::UnitZ()).norm() < 1e-9);
         }
@@ -359,10 +359,10 @@ TEST(TipProxy, ATipThatHasGoneThroughAThinPlateIsStillPushedBackTheWayItCame) {
 TEST(TipProxy, FreeTipAndSceneWithoutBoneHaveNone) {
     test::ClosedLoop free = pressed_tip("god_object", 0.0005);
     for (int tick = 0; tick < 20; ++tick) ASSERT_TRUE(free.step());
-    EXPECT_TRUE(free.effect.contacts.empty());
+    EXPECT_TRUE(free.output.contacts.empty());
     test::PairSample s = test::vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
     s.respond("god_object:k=1000");
-    EXPECT_EQ(s.effect.contacts.size(), 1U);
+    EXPECT_EQ(s.output.contacts.size(), 1U);
 }
 
 TEST(TipProxy, LeavesMoreAndMoreOfAContactToOthersBetweenTwoAndFourRadiiOfTheTip) {
@@ -380,7 +380,7 @@ TEST(TipProxy, LeavesMoreAndMoreOfAContactToOthersBetweenTwoAndFourRadiiOfTheTip
     TipProxies proxies;
     proxies.prepare(s.topology, s.materials, r);
     EXPECT_EQ(proxies.share_left(0, tip), 1.0) << "before the first tick nothing is led";
-    proxies.respond(s.topology, s.materials, laws, s.frame, s.contacts, s.effect);
+    proxies.respond(s.topology, s.materials, laws, s.frame, s.contacts, s.output);
     EXPECT_EQ(proxies.share_left(1, tip), 1.0) << "the tip is another body's";
     for (const auto& [radii, share] : {std::pair{0.0, 0.0},
                                        {1.99, 0.0},

@@ -13,7 +13,7 @@
 #include "method/registry.hpp"
 #include "scene/scene.hpp"
 #include "simulate/simulation.hpp"
-#include "support/told_contacts.hpp"
+#include "support/reported_contacts.hpp"
 #include "tissue/mass_spring.hpp"
 
 namespace trocar {
@@ -45,12 +45,12 @@ public:
         springs_.prepare(topology, materials);
         grasp_.prepare(topology, materials, settings_);
     }
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactLoad> /*loads*/,
-                 Effect& effect) override {
-        effect.clear();
+    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
+                 ResponseOutput& output) override {
+        output.clear();
         grasp_.update(*topology_, *materials_, frame, contacts);
-        grasp_.hold_by_springs(*materials_, springs_, frame, dt, effect);
-        effect.grasped = static_cast<std::int64_t>(grasp_.held().size());
+        grasp_.hold_by_springs(*materials_, springs_, frame, dt, output);
+        output.grasped = static_cast<std::int64_t>(grasp_.held().size());
         grasp_.remember(frame);
     }
 
@@ -77,7 +77,7 @@ struct Bench {
     Materials materials;
     Frame frame;
     ContactSet contacts;
-    Effect effect;
+    ResponseOutput output;
     std::vector<Wrench> reaction;
     std::unique_ptr<Response> response;
     std::unique_ptr<MassSpring> tissue;
@@ -112,7 +112,7 @@ struct Bench {
         materials.contact_laws.assign(topology.body_pairs.size(), {});
         materials.trocar_point.assign(2, std::nullopt);
         materials.tip.assign(2, Vector3::Zero());
-        effect.resize(9, 2);
+        output.resize(9, 2);
         response->prepare(topology, materials);
         tissue = std::make_unique<MassSpring>(topology, materials);
     }
@@ -137,16 +137,16 @@ struct Bench {
         }
         frame.pose[0].translation = now;
         frame.pose[0].jaw = jaw;
-        test::tell_at_tick_start(topology, frame, contacts);
-        response->respond(frame, 1e-3, contacts, {}, effect);
+        test::report_at_tick_start(topology, frame, contacts);
+        response->respond(frame, 1e-3, contacts, {}, output);
         reaction.assign(2, {});
-        ASSERT_TRUE(tissue->advance(effect, 1e-3, frame, reaction).ok());
+        ASSERT_TRUE(tissue->advance(output, 1e-3, frame, reaction).ok());
     }
     void settle(double jaw, double travel, int ticks = 400) {
         for (int tick = 0; tick < ticks; ++tick) step(jaw, travel);
     }
     /// Force on the tool, N: what the tissue's integrator gave back and what the response added.
-    [[nodiscard]] Vector3 tool_force() const { return reaction[0].force + effect.wrench[0].force; }
+    [[nodiscard]] Vector3 tool_force() const { return reaction[0].force + output.wrench[0].force; }
     /// Of the one spring and the vertex that hangs on it, J.
     [[nodiscard]] double energy() const {
         const double stretch = strain() * rest;
@@ -167,7 +167,7 @@ struct Bench {
 TEST(Grasp, FollowedVertexLoadsTheToolWithStiffnessTimesTravel) {
     Bench bench("thesis");
     bench.close();
-    ASSERT_EQ(bench.effect.grasped, 1);
+    ASSERT_EQ(bench.output.grasped, 1);
     for (const double travel : {0.001, 0.004, 0.02}) {
         bench.settle(0.1, travel, 3);
         EXPECT_NEAR(bench.frame.position(0, Bench::held), -travel, 1e-12);
@@ -182,7 +182,7 @@ TEST(Grasp, HoldsWhatLiesNoFurtherFromTheTipThanTheJawsAreLong) {
             Bench bench(GraspSettings{.both_jaws = both_jaws, .jaw_length = length});
             bench.materials.tip[0] = Vector3(0.0, 0.0, -0.02);
             bench.close();
-            EXPECT_EQ(bench.effect.grasped, holds) << both_jaws << " " << length;
+            EXPECT_EQ(bench.output.grasped, holds) << both_jaws << " " << length;
         }
     }
 }
@@ -191,7 +191,7 @@ TEST(Grasp, HeldBySpringsItIsTwoSpringsInSeries) {
     for (const double k : {300.0, 900.0}) {
         Bench bench(GraspSettings{.both_jaws = true, .stiffness = k});
         bench.close();
-        ASSERT_EQ(bench.effect.grasped, 1);
+        ASSERT_EQ(bench.output.grasped, 1);
         for (int tick = 0; tick <= 100; ++tick) bench.step(0.1, 4e-5 * tick);
         bench.settle(0.1, 0.004);
         EXPECT_NEAR(bench.tool_force().x(), 0.004 * k * Bench::spring_k / (k + Bench::spring_k), 1e-6);
@@ -206,13 +206,13 @@ TEST(Grasp, SlipsJustAboveTheSlipForceAndSaysSo) {
         std::int64_t count = 0;
         for (double x = 0.0; x <= travel; x += 2e-5) {
             bench.step(0.1, x);
-            count += bench.effect.detached;
+            count += bench.output.detached;
         }
         for (int tick = 0; tick < 400; ++tick) {
             bench.step(0.1, travel);
-            count += bench.effect.detached;
+            count += bench.output.detached;
         }
-        EXPECT_EQ(bench.effect.grasped, 1 - count);
+        EXPECT_EQ(bench.output.grasped, 1 - count);
         return count;
     };
     EXPECT_EQ(detached("thesis:profile=corrected", 0.025), 0);
@@ -229,7 +229,7 @@ TEST(Grasp, TearsLooseAtTheStrainLimit) {
     double largest = 0.0;
     for (int tick = 0; tick < 2000 && count == 0; ++tick) {
         bench.step(0.1, 2e-5 * tick);
-        count += bench.effect.detached;
+        count += bench.output.detached;
         largest = std::max(largest, bench.strain());
     }
     EXPECT_EQ(count, 1);
@@ -241,7 +241,7 @@ TEST(Grasp, ClosesBelowTwoTenthsAndOpensAboveThree) {
     bench.touch(0);
     const auto grasped = [&](double jaw) {
         bench.step(jaw, 0.0);
-        return bench.effect.grasped;
+        return bench.output.grasped;
     };
     EXPECT_EQ(grasped(1.0), 0);
     EXPECT_EQ(grasped(0.25), 0);
@@ -260,7 +260,7 @@ TEST(Grasp, OneJawIsEnoughForTheThesisAndNotForTheCorrection) {
         bench.touch(0);
         bench.step(1.0, 0.0);
         bench.step(0.1, 0.0);
-        EXPECT_EQ(bench.effect.grasped, corrected ? 0 : 1);
+        EXPECT_EQ(bench.output.grasped, corrected ? 0 : 1);
     }
 }
 
@@ -325,7 +325,8 @@ TEST(Grasp, TakesWhatTouchesTheJawsWithinTheirCylinderByEveryKindOfContact) {
     materials.mass.assign(6, 1e-4);
     materials.area.assign(6, 0.0);
     materials.tip.assign(2, tip);
-    // Of the tissue's corners the first is so far (m) along the jaws and to the side, the others are out of reach.
+    // Of the tissue's corners the first is so far (m) along the jaws and to the side, the others are out of query
+    // distance.
     const auto held = [&](ContactCase kind, double along, double aside, double gap) {
         Frame frame;
         frame.position.resize(3, 6);
@@ -395,7 +396,7 @@ TEST(Grasp, ReleasedVertexComesToRest) {
         for (int tick = 0; tick < 400; ++tick) {
             bench.step(1.0, 0.005);
             if (tick < 50) largest = std::max(largest, bench.frame.velocity.col(Bench::held).norm());
-            EXPECT_EQ(bench.effect.grasped, 0);
+            EXPECT_EQ(bench.output.grasped, 0);
         }
         EXPECT_LT(bench.frame.velocity.col(Bench::held).norm(), 1e-3 * largest) << method;
         EXPECT_EQ(bench.tool_force().norm(), 0.0) << method;
@@ -417,7 +418,7 @@ TEST(Grasp, LettingGoTheForceFallsEvenlyToZero) {
         const double dampers = (2.0 * std::sqrt(300.0 * 1e-4) + 0.1) * speed;
         for (int tick = 1; tick <= ticks + 10; ++tick) {
             bench.step(1.0, travel);
-            EXPECT_EQ(bench.effect.grasped, 0);
+            EXPECT_EQ(bench.output.grasped, 0);
             const double left = std::max(0.0, 1.0 - static_cast<double>(tick) / ticks);
             EXPECT_NEAR(bench.tool_force().x(), left * first, dampers + 0.01 * first) << tick;
             EXPECT_NEAR(bench.strain() * Bench::rest * Bench::spring_k, left * first, dampers + 0.01 * first) << tick;
@@ -464,12 +465,12 @@ TEST(Grasp, TakenAgainWhileLetGoItIsHeldByOneSpring) {
     bench.close();
     for (int tick = 0; tick <= 100; ++tick) bench.step(0.1, 5e-5 * tick);
     bench.step(1.0, 0.005);
-    ASSERT_EQ(bench.effect.contacts.size(), 3U) << "one for each axis";
+    ASSERT_EQ(bench.output.contacts.size(), 3U) << "one for each axis";
     bench.touch(0);
     bench.touch(1);
     bench.step(0.1, 0.005);
-    EXPECT_EQ(bench.effect.grasped, 1);
-    EXPECT_EQ(bench.effect.contacts.size(), 3U);
+    EXPECT_EQ(bench.output.grasped, 1);
+    EXPECT_EQ(bench.output.contacts.size(), 3U);
 }
 
 TEST(Grasp, AttachingShowsNoForceOfItsOwn) {
@@ -496,7 +497,7 @@ Shown run_shipped(const char* name, const std::string& method) {
     const Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / name, std::nullopt);
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("ohc"), make_response(spec.name, spec.parameters),
-                          registry().source("canonical"));
+                          registry().contact_generator("intersection"));
     Shown shown;
     StepRow last;
     for (std::int64_t tick = 0; tick < scene.ticks; ++tick) {

@@ -13,9 +13,9 @@
 #include "support/closed_loop.hpp"
 #include "support/known_gap.hpp"
 #include "support/random_vectors.hpp"
+#include "support/reported_contacts.hpp"
 #include "support/response_samples.hpp"
 #include "support/scene_runs.hpp"
-#include "support/told_contacts.hpp"
 
 namespace trocar {
 namespace {
@@ -56,9 +56,9 @@ const std::array<Posed, 10> posed{{{"I2I vertex of b", vertex_of_b_in_a, BodyKin
                                    {"R2T vertex of a", vertex_of_a_in_b, BodyKind::rigid, BodyKind::tissue}}};
 
 // ------------------------------------------------------------ I12
-/// Force of a contact on the tissue vertices that it pushes at the frame the response saw, N, by LinearContact's
+/// Force of a contact on the tissue vertices that it pushes at the frame the response saw, N, by ContactForceLaw's
 /// definition: at the end of the tick (1 ms) that begins with its gap and in which the script alone moves.
-Vector3 force_on_pushed(const LinearContact& contact, const Frame& frame) {
+Vector3 force_on_pushed(const ContactForceLaw& contact, const Frame& frame) {
     const double speed = blend(contact.vertices, contact.weights, frame.velocity).dot(contact.normal);
     const double gap = contact.gap - contact.face_velocity * 1e-3;
     const double force = -contact.k * gap - contact.mu * (speed - contact.face_velocity);
@@ -80,12 +80,13 @@ TEST(ActionAndReaction, WhatTheToolShowsIsTheOppositeOfWhatTheOtherBodyTakes) {
                     for (int v = first; v < first + 3; ++v) s.frame.velocity.col(v) = velocity;
                 }
                 s.respond(method);
-                if (!s.effect.placements.empty()) continue;  // 3.8 is faithful's, without a reaction (METHODS §13, 10)
+                if (!s.output.position_corrections.empty())
+                    continue;  // 3.8 is faithful's, without a reaction (METHODS §13, 10)
                 Vector3 other = Vector3::Zero();
                 if (one.b == BodyKind::instrument) {
                     other = s.shown_force(1);
                 } else {
-                    for (const LinearContact& contact : s.effect.contacts) {
+                    for (const ContactForceLaw& contact : s.output.contacts) {
                         ASSERT_GE(contact.vertices[0], 3) << one.name << ": the tissue is what is pushed";
                         other += force_on_pushed(contact, s.frame);
                     }
@@ -105,7 +106,7 @@ TEST(ActionAndReaction, WhatTheToolShowsIsTheOppositeOfWhatTheOtherBodyTakes) {
 /// velocities of both triangles at the contact and not from the response's own face velocity.
 double damper_power(const PairSample& s, double& most) {
     double power = 0.0;
-    for (const LinearContact& contact : s.effect.contacts) {
+    for (const ContactForceLaw& contact : s.output.contacts) {
         const Vector3 pushed = blend(contact.vertices, contact.weights, s.frame.velocity);
         const bool a_is_pushed = contact.vertices[0] < 3;
         const Vector3 point = blend(contact.vertices, contact.weights, s.frame.position);
@@ -165,8 +166,8 @@ TEST(Projection, LeavesNoApproachAfter38And311) {
                 if (kind == BodyKind::instrument) face = test::random_vector(normal, generator);
                 for (int v = 0; v < 3; ++v) s.frame.velocity.col(v) = face;
                 s.respond(method);
-                ASSERT_EQ(s.effect.placements.size(), 1U);
-                EXPECT_GE((s.effect.placements[0].velocity - face).z(), -1e-12) << method;
+                ASSERT_EQ(s.output.position_corrections.size(), 1U);
+                EXPECT_GE((s.output.position_corrections[0].velocity - face).z(), -1e-12) << method;
             }
         }
     }
@@ -188,11 +189,11 @@ TEST(TissueTissue, EachApplicationKeepsMomentumAndNeverAddsEnergy) {
             s.respond(method);
             Vector3 momentum = Vector3::Zero();
             double energy = 0.0;
-            for (const Placement& placement : s.effect.placements) {
-                const double m = s.materials.mass[static_cast<std::size_t>(placement.vertex)];
-                const Vector3 before = s.frame.velocity.col(placement.vertex);
-                momentum += m * (placement.velocity - before);
-                energy += 0.5 * m * (placement.velocity.squaredNorm() - before.squaredNorm());
+            for (const PositionCorrection& position_correction : s.output.position_corrections) {
+                const double m = s.materials.mass[static_cast<std::size_t>(position_correction.vertex)];
+                const Vector3 before = s.frame.velocity.col(position_correction.vertex);
+                momentum += m * (position_correction.velocity - before);
+                energy += 0.5 * m * (position_correction.velocity.squaredNorm() - before.squaredNorm());
             }
             EXPECT_LT(momentum.norm(), 1e-15) << method;
             if (faithful) {
@@ -224,17 +225,18 @@ TEST(Rest, WithoutDepthAndSpeedThereIsNoForceInAnyProfile) {
             contact.interval_length = 0.0;
             s.respond(method);
             constexpr double rounding = 1e-12;  // N, of 1e5 N/m times what lines of 10 mm are off by
-            for (const LinearContact& linear : s.effect.contacts) {
+            for (const ContactForceLaw& linear : s.output.contacts) {
                 EXPECT_NEAR(linear.k * linear.gap, 0.0, rounding) << one.name;
             }
             for (Index body = 0; body < s.topology.body_count(); ++body) {
                 if (s.topology.bodies[static_cast<std::size_t>(body)].kind != BodyKind::instrument) continue;
                 EXPECT_LE(s.shown_force(body).norm(), rounding) << method << ' ' << one.name;
             }
-            for (const Wrench& wrench : s.effect.wrench) EXPECT_EQ(wrench.force.norm(), 0.0);
-            for (const Placement& placement : s.effect.placements) {
-                EXPECT_EQ(placement.position, Vector3(s.frame.position.col(placement.vertex))) << one.name;
-                EXPECT_EQ(placement.velocity.norm(), 0.0);
+            for (const Wrench& wrench : s.output.wrench) EXPECT_EQ(wrench.force.norm(), 0.0);
+            for (const PositionCorrection& position_correction : s.output.position_corrections) {
+                EXPECT_EQ(position_correction.position, Vector3(s.frame.position.col(position_correction.vertex)))
+                    << one.name;
+                EXPECT_EQ(position_correction.velocity.norm(), 0.0);
             }
         }
     }
@@ -285,10 +287,10 @@ double roughness(const std::string& method, double step, double start_x, double 
         detector->update(loop.frame, 0.0);
         detector->detect(loop.frame, contacts);
         derive(loop.topology, loop.frame, contacts);
-        test::tell_at_tick_start(loop.topology, loop.frame, contacts);
-        loop.response().respond(loop.frame, 1e-3, contacts, {}, loop.effect);
+        test::report_at_tick_start(loop.topology, loop.frame, contacts);
+        loop.response().respond(loop.frame, 1e-3, contacts, {}, loop.output);
         Vector3 force = Vector3::Zero();
-        for (const LinearContact& contact : loop.effect.contacts) {
+        for (const ContactForceLaw& contact : loop.output.contacts) {
             force -= std::max(0.0, -contact.k * contact.gap) * contact.normal;
         }
         if (i > 0) {
@@ -379,10 +381,10 @@ double total_stiffness(const std::string& method, int cells) {
             break;
         }
     }
-    test::tell_at_tick_start(loop.topology, loop.frame, contacts);
-    loop.response().respond(loop.frame, 1e-3, contacts, {}, loop.effect);
+    test::report_at_tick_start(loop.topology, loop.frame, contacts);
+    loop.response().respond(loop.frame, 1e-3, contacts, {}, loop.output);
     double sum = 0.0;
-    for (const LinearContact& contact : loop.effect.contacts) sum += contact.k;
+    for (const ContactForceLaw& contact : loop.output.contacts) sum += contact.k;
     return sum;
 }
 
@@ -467,7 +469,7 @@ double attraction(const std::string& method) {
         method);
     EXPECT_TRUE(loop.step()) << loop.outcome.message;
     double sum = 0.0;
-    for (const LinearContact& contact : loop.effect.contacts) {
+    for (const ContactForceLaw& contact : loop.output.contacts) {
         if (contact.vertices[1] < 0) sum += contact.k * std::abs(contact.gap);
     }
     return sum;
@@ -497,12 +499,13 @@ std::vector<Setting> settings() {
     const auto tissue = BodyKind::tissue;
     const auto rigid = BodyKind::rigid;
     const auto none = [](PairSample&) {};
-    const auto contacts = [](const PairSample& s) { return static_cast<double>(s.effect.contacts.size()); };
+    const auto contacts = [](const PairSample& s) { return static_cast<double>(s.output.contacts.size()); };
     const auto speed = [](PairSample& s) { s.frame.velocity.col(0) = Vector3(0, 0, -0.2); };
     const auto sinking = [](PairSample& s) { s.frame.velocity.col(3) = Vector3(0, 0, -0.4); };
     const auto placed = [](const PairSample& s) {
         double sum = 0.0;
-        for (const Placement& p : s.effect.placements) sum += p.velocity.z() + 1e3 * p.position.norm();
+        for (const PositionCorrection& p : s.output.position_corrections)
+            sum += p.velocity.z() + 1e3 * p.position.norm();
         return sum;
     };
     const auto springs = [](PairSample& s) {
@@ -520,14 +523,14 @@ std::vector<Setting> settings() {
         {"look_ahead", "thesis:profile=corrected", "scripts", "force on two jaws that lift a fold", grasped_force},
         {"distribute", "thesis", "force_at_vertex", "weight of the first loaded vertex",
          measured(vertex_of_a_in_b, instrument, tissue, none,
-                  [](const PairSample& s) { return s.effect.contacts.at(0).weights[0]; })},
+                  [](const PairSample& s) { return s.output.contacts.at(0).weights[0]; })},
         {"profile", "thesis:n_back=0", "corrected", "contacts of a vertex that two pairs report",
          measured(
              vertex_of_a_in_b, instrument, tissue,
              [](PairSample& s) { s.contacts.contacts.push_back(s.contacts.contacts[0]); }, contacts)},
         {"profile", "thesis:n_back=0", "corrected", "stiffness of the contact",
          measured(vertex_of_a_in_b, instrument, tissue, none,
-                  [](const PairSample& s) { return s.effect.contacts.at(0).k; })},
+                  [](const PairSample& s) { return s.output.contacts.at(0).k; })},
         {"profile", "thesis:k=100,mu=2", "corrected", "pull on a tool that leaves fast",
          tip(
              vertex_of_b_in_a, instrument, instrument, [](PairSample& s) { s.frame.velocity(2, 3) = 0.85; }, 1)},
@@ -545,7 +548,7 @@ std::vector<Setting> settings() {
         {"n_back", "thesis", "1", "how far back surfaces attract the tool", attraction},
         {"l_max", "thesis", "0.0005", "how far back surfaces attract the tool", attraction},
         {"contacts", "thesis", "explicit", "the tissue after a stab", stabbed(12, tissue_height)},
-        {"contacts", "thesis", "hold", "the tissue after a stab", stabbed(12, tissue_height)},
+        {"contacts", "thesis", "unilateral", "the tissue after a stab", stabbed(12, tissue_height)},
     };
 }
 

@@ -1,6 +1,6 @@
 // Tissue in two layers under a tool: a sheet folded over itself, a flat bag, two sheets one above the other; and tools
-// that are drawn out. `hold` against the heights of the layers over the tool, found by brute force, and the books of
-// energy.
+// that are drawn out. `unilateral` against the heights of the layers over the tool, found by brute force, and the books
+// of energy.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -50,7 +50,7 @@ double depth_below(const ClosedLoop& loop, Range layer) {
 }
 
 TEST(HoldLayers, GapToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick) {
-    test::expect_known_gap("one rupture is told that no depth shows", [] {
+    test::expect_known_gap("one rupture is reported that no depth shows", [] {
         constexpr double clear = 1e-4;  // m
         const auto blunt = make_shaft(0.004, 0.06, 10, 0.0);
         const auto pointed = make_shaft(0.002, 0.06, 8, 0.008);
@@ -60,16 +60,16 @@ TEST(HoldLayers, GapToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick) {
                 const double speed = stab ? 0.5 : 0.05;
                 const double lowest = stab ? -0.009 : -0.007;
                 const auto path = [=](double time) {
-                    const double way = std::min(0.005 - speed * time, 0.005);
+                    const double travel = std::min(0.005 - speed * time, 0.005);
                     const double back = lowest + speed * (time - 0.3);
-                    return Vector3(0.0013, 0.0007, std::max({way, lowest, std::min(back, 0.005)}));
+                    return Vector3(0.0013, 0.0007, std::max({travel, lowest, std::min(back, 0.005)}));
                 };
                 ClosedLoop loop(
                     {LoopBody{
                          .name = "tool", .kind = BodyKind::instrument, .mesh = stab ? pointed : blunt, .offset = path},
                      LoopBody{
                          .name = "tissue", .kind = BodyKind::tissue, .closed = tissue.closed, .mesh = tissue.mesh}},
-                    "hold");
+                    "unilateral");
                 DepthTruth truth(loop.topology, loop.frame);
                 const Index first = loop.topology.bodies[1].triangles.first;
                 double worst = 0.0;
@@ -77,7 +77,7 @@ TEST(HoldLayers, GapToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick) {
                 double force = 0.0;
                 for (int tick = 0; tick < 520; ++tick) {
                     ASSERT_TRUE(loop.step()) << loop.outcome.message;
-                    worst = std::max(worst, truth.measure(loop.frame).max_depth);
+                    worst = std::max(worst, truth.measure(loop.frame).residual_penetration);
                     below = std::max({below, depth_below(loop, {first, tissue.upper}),
                                       depth_below(loop, {first + tissue.upper, tissue.lower})});
                     force = std::max(force, loop.tool_force(0).norm());
@@ -124,7 +124,7 @@ StackedCourse run_stacked(const LoopBody& tool, const test::Mesh& upper, const L
         {tool, LoopBody{.name = "upper", .kind = BodyKind::tissue, .closed = false, .mesh = upper},
          LoopBody{
              .name = "lower", .kind = BodyKind::tissue, .closed = lower.closed, .mesh = lowered(lower.mesh, between)}},
-        "hold");
+        "unilateral");
     DepthTruth truth(loop.topology, loop.frame);
     const double at_rest = tissue_energy(loop);
     StackedCourse course;
@@ -135,7 +135,7 @@ StackedCourse run_stacked(const LoopBody& tool, const test::Mesh& upper, const L
             ADD_FAILURE() << "tick " << tick << ": " << loop.outcome.message << ", ruptures " << loop.ruptures;
             break;
         }
-        course.worst = std::max(course.worst, truth.measure(loop.frame).max_depth);
+        course.worst = std::max(course.worst, truth.measure(loop.frame).residual_penetration);
         const double on_tool = loop.tool_force(0).dot(loop.frame.position.col(0) - before);
         given_back += on_tool;
         course.work += std::abs(on_tool);
@@ -197,7 +197,7 @@ TEST(HoldWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
                                       .mesh = make_shaft(0.002, 0.06, 8, point_length),
                                       .offset = path},
                              LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
-                            "hold");
+                            "unilateral");
             const Range triangles = loop.topology.bodies[1].triangles;
             double below = 0.0;
             for (int tick = 0; tick < 260; ++tick) {
@@ -211,7 +211,7 @@ TEST(HoldWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
 }
 
 TEST(HoldWithdrawal, GapToolThatStartsThroughBothWallsOfABagTearsThemAndIsFreeOnceItIsOut) {
-    test::expect_known_gap("the walls of the bag are passed without a rupture told", [] {
+    test::expect_known_gap("the walls of the bag are passed without a rupture reported", [] {
         for (const double thickness : {0.01, 0.02}) {
             for (const double below : {0.006, 0.012}) {
                 const double lowest = -thickness - below;
@@ -224,9 +224,9 @@ TEST(HoldWithdrawal, GapToolThatStartsThroughBothWallsOfABagTearsThemAndIsFreeOn
                                           .mesh = make_shaft(0.002, 0.06, 8, 0.008),
                                           .offset = path},
                                  LoopBody{.name = "bag", .kind = BodyKind::tissue, .closed = true, .mesh = bag.mesh}},
-                                "hold");
+                                "unilateral");
                 DepthTruth truth(loop.topology, loop.frame);
-                EXPECT_GT(truth.measure(loop.frame).max_depth, 0.003);
+                EXPECT_GT(truth.measure(loop.frame).residual_penetration, 0.003);
                 std::int64_t ruptures = 0;
                 const auto ticks = static_cast<int>((0.05 + (0.03 - lowest) / 0.2 + 0.2) * 1000.0);
                 for (int tick = 0; tick < ticks; ++tick) {
@@ -234,7 +234,8 @@ TEST(HoldWithdrawal, GapToolThatStartsThroughBothWallsOfABagTearsThemAndIsFreeOn
                     ruptures += loop.ruptures;
                 }
                 EXPECT_GT(ruptures, 0);
-                EXPECT_LT(truth.measure(loop.frame).max_depth, 1e-9) << "thickness " << thickness << " below " << below;
+                EXPECT_LT(truth.measure(loop.frame).residual_penetration, 1e-9)
+                    << "thickness " << thickness << " below " << below;
                 EXPECT_EQ(loop.tool_force(0).norm(), 0.0) << "thickness " << thickness << " below " << below;
             }
         }

@@ -113,8 +113,8 @@ TEST_F(OdeJoints, APressedVertexComesToRestWhereSpringAndContactBalance) {
             s.contacts.contacts[0].point = s.frame.position.col(3);
             ContactSet given = s.contacts;
             if (depth < 0.0) given.contacts.clear();
-            response->respond(s.frame, 1e-3, given, {}, s.effect);
-            ASSERT_TRUE(tissue.advance(s.effect, 1e-3, s.frame, reaction).ok());
+            response->respond(s.frame, 1e-3, given, {}, s.output);
+            ASSERT_TRUE(tissue.advance(s.output, 1e-3, s.frame, reaction).ok());
             force = tissue.loads().empty() ? 0.0 : tissue.loads()[0].force.z();
         }
         const double depth = -s.frame.position(2, 3);
@@ -197,8 +197,8 @@ TEST_F(OdeJoints, InstrumentAgainstBoneAndInstrument) {
         s.respond("ode_joints:k=900,mu=3,device_mass=0.2");
         const double mass = other == BodyKind::rigid ? 0.2 : 0.1;
         const double expected = implicit_force(900.0, 3.0, 0.0015 - 0.02e-3, -0.02, mass);
-        EXPECT_LT((s.effect.wrench[0].force - expected * Vector3::UnitZ()).norm(), 1e-9);
-        EXPECT_NEAR(s.effect.wrench[1].force.z(), other == BodyKind::rigid ? 0.0 : -expected, 1e-9);
+        EXPECT_LT((s.output.wrench[0].force - expected * Vector3::UnitZ()).norm(), 1e-9);
+        EXPECT_NEAR(s.output.wrench[1].force.z(), other == BodyKind::rigid ? 0.0 : -expected, 1e-9);
     }
 }
 
@@ -208,7 +208,7 @@ TEST_F(OdeJoints, APartThatTurnsCountsByItsOwnSurfaceSpeed) {
     s.frame.velocity.col(0) = Vector3(0.0, 0.0, -0.03);
     s.frame.velocity.col(1) = Vector3(0.0, 0.0, 0.09);
     s.respond("ode_joints:k=900,mu=3,device_mass=0.2");
-    EXPECT_NEAR(s.effect.wrench[0].force.z(), implicit_force(900.0, 3.0, 0.0015 - 0.03e-3, -0.03, 0.2), 1e-9);
+    EXPECT_NEAR(s.output.wrench[0].force.z(), implicit_force(900.0, 3.0, 0.0015 - 0.03e-3, -0.03, 0.2), 1e-9);
 }
 
 TEST_F(OdeJoints, NoTickKnowsOfTheLast) {
@@ -224,15 +224,15 @@ TEST_F(OdeJoints, NoTickKnowsOfTheLast) {
                 moved.velocity.col(i % 6) = Vector3(0.3 * i, 0.1, -0.2);
                 ContactSet many = s.contacts;
                 many.contacts.assign(static_cast<std::size_t>(i), s.contacts.contacts[0]);
-                response->respond(moved, 1e-3, many, {}, s.effect);
+                response->respond(moved, 1e-3, many, {}, s.output);
                 std::vector<Wrench> other(2);
                 Frame gone = moved;
-                EXPECT_TRUE(MassSpring(s.topology, s.materials).advance(s.effect, 1e-3, gone, other).ok());
+                EXPECT_TRUE(MassSpring(s.topology, s.materials).advance(s.output, 1e-3, gone, other).ok());
             }
-            response->respond(s.frame, 1e-3, s.contacts, {}, s.effect);
+            response->respond(s.frame, 1e-3, s.contacts, {}, s.output);
             MassSpring tissue(s.topology, s.materials);
             std::vector<Wrench> reaction(2);
-            EXPECT_TRUE(tissue.advance(s.effect, 1e-3, s.frame, reaction).ok());
+            EXPECT_TRUE(tissue.advance(s.output, 1e-3, s.frame, reaction).ok());
             return s.frame.velocity;
         };
         EXPECT_EQ(run(0), run(5)) << method;
@@ -244,23 +244,23 @@ TEST_F(OdeJoints, ANodeThatCannotMoveIsLeftOutAndCounted) {
     PairSample s = one_substep(vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue));
     s.materials.pinned.assign(6, 1);
     s.respond("ode_joints");
-    EXPECT_EQ(s.effect.skipped_for(SkipReason::not_handled), 1);
-    EXPECT_TRUE(s.effect.contacts.empty());
+    EXPECT_EQ(s.output.skipped_for(SkipReason::not_handled), 1);
+    EXPECT_TRUE(s.output.contacts.empty());
 }
 
-TEST_F(OdeJoints, ASolutionThatIsNoNumberIsToldAndDoesNotStay) {
+TEST_F(OdeJoints, ASolutionThatIsNoNumberIsReportedAndDoesNotStay) {
     PairSample s = one_substep(vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue));
     const MethodSpec spec = parse_method("ode_joints");
     const auto response = make_response(spec.name, spec.parameters);
     response->prepare(s.topology, s.materials);
-    response->respond(s.frame, 1e-3, s.contacts, {}, s.effect);
+    response->respond(s.frame, 1e-3, s.contacts, {}, s.output);
     const auto solve = [&](double speed) {
         PredictedStep step;
         step.begin(1e-3);
         step.add_column(speed * Vector3::UnitZ(), 1e3);
         step.add(
             {.normal = Vector3::UnitZ(), .depth = 5e-4, .count = 1, .column = {0}, .weight = {1.0}, .mobility = 1e3});
-        s.effect.solver->solve(step);
+        s.output.solver->solve(step);
         return step.impulse(0).z();
     };
     EXPECT_THROW(solve(Contact::unset), std::runtime_error);

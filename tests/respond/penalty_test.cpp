@@ -20,8 +20,8 @@ TEST(Penalty, PushesAlongTheNormalAndNeverPulls) {
     PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
     s.frame.velocity.col(3) = Vector3(0.5, 0.0, -0.25);
     s.respond("penalty:k=1000,mu=2");
-    ASSERT_EQ(s.effect.contacts.size(), 1U);
-    EXPECT_FALSE(s.effect.contacts[0].adhesive);
+    ASSERT_EQ(s.output.contacts.size(), 1U);
+    EXPECT_FALSE(s.output.contacts[0].adhesive);
     EXPECT_NEAR(s.shown_force(0).z(), -1.0, 1e-12);
     s.frame.velocity.col(3) = Vector3(0.0, 0.0, 5.0);
     s.respond("penalty:k=1000,mu=2");
@@ -49,14 +49,14 @@ TEST(Penalty, NativeContactWithoutVerticesLoadsTheTissueAtItsPoint) {
     native.depth = 0.002;
     s.contacts.contacts = {native};
     s.respond("penalty:k=100");
-    ASSERT_EQ(s.effect.contacts.size(), 1U);
-    EXPECT_NEAR(s.effect.contacts[0].weights[0], 0.5, 1e-12);
-    EXPECT_NEAR(s.effect.contacts[0].weights[2], 0.3, 1e-12);
+    ASSERT_EQ(s.output.contacts.size(), 1U);
+    EXPECT_NEAR(s.output.contacts[0].weights[0], 0.5, 1e-12);
+    EXPECT_NEAR(s.output.contacts[0].weights[2], 0.3, 1e-12);
     EXPECT_NEAR(s.shown_force(0).z(), 0.2, 1e-12);
     native.depth = Contact::unset;
     s.contacts.contacts = {native};
     s.respond("penalty:k=100");
-    EXPECT_EQ(s.effect.skipped_for(SkipReason::no_direction), 1);
+    EXPECT_EQ(s.output.skipped_for(SkipReason::no_direction), 1);
 }
 
 TEST(Penalty, ReductionKeepsTheDeepestContactOfAVertex) {
@@ -67,17 +67,17 @@ TEST(Penalty, ReductionKeepsTheDeepestContactOfAVertex) {
         s.contacts.contacts.back().depth = depth;
     }
     s.respond("penalty:k=100");
-    EXPECT_EQ(s.effect.contacts.size(), 1U);
+    EXPECT_EQ(s.output.contacts.size(), 1U);
     EXPECT_NEAR(s.shown_force(0).z(), -0.3, 1e-12);
     s.respond("penalty:k=100,reduction=pair");
-    EXPECT_EQ(s.effect.contacts.size(), 4U);
+    EXPECT_EQ(s.output.contacts.size(), 4U);
     EXPECT_NEAR(s.shown_force(0).z(), -0.47, 1e-12);
 }
 
 /// A shaft whose tip is one vertex, pressed `depth` into a flat bone straight over one of its vertices or beside it.
 Vector3 force_of_a_tip_on_a_plate(const std::string& response, double beside, double depth) {
     const Scene scene = test::scene_from_text(fmt::format(
-        R"({{"format":"trocar-scene-1","name":"tip","unit":"m","dt":0.001,"ticks":60,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"tip","unit":"m","dt":0.001,"ticks":60,"seed":1,"bodies":[
       {{"name":"plate","kind":"rigid","closed":true,"pose":[0,0,-0.01,0,0,0],
         "parts":[{{"shape":"box","size":[0.1,0.1,0.02],"edge":0.01}}]}},
       {{"name":"tool","kind":"instrument","closed":true,"parts":[{{"shape":"shaft","radius":0.004,"length":0.1,"edge":0.003}}],
@@ -86,7 +86,7 @@ Vector3 force_of_a_tip_on_a_plate(const std::string& response, double beside, do
       "contact":[{{"bodies":["tool","plate"],"k":1000,"mu":0}}]}})",
         beside, 0.6 * beside, -depth));
     // Of features both vertices are inside the other body, which is two contacts.
-    return test::run_scene_with(scene, response, 1, 0, {}, {}, "canonical").rows.back().tool_force;
+    return test::run_scene_with(scene, response, 1, 0, {}, {}, "intersection").rows.back().tool_force;
 }
 
 TEST(Penalty, AVertexOnAVertexIsPushedStraightBackByItsOwnDepthAlone) {
@@ -110,7 +110,7 @@ struct Rest {
 /// A tool over a sheet of tissue, lowered in 0.2 s to `lowest` and held there until 0.6 s.
 Rest rest_on_a_sheet(const std::string& tool, const std::string& drive, double above, double lowest, double dt) {
     const Scene scene = test::scene_from_text(fmt::format(
-        R"({{"format":"trocar-scene-1","name":"rest","unit":"m","dt":{},"ticks":{},"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"rest","unit":"m","dt":{},"ticks":{},"seed":1,"bodies":[
       {{"name":"sheet","kind":"tissue","closed":false,"parts":[{{"shape":"sheet","size":[0.1,0.1],"edge":0.005}}]}},
       {{"name":"tool","kind":"instrument","closed":true,"parts":[{}],
        "motion":{{"drive":"{}","keys":[{{"time":0,"pose":[0.0013,0.0007,{},0,0,0]}},
@@ -149,14 +149,14 @@ TEST(Penalty, RestForceDoesNotDependOnTheTickWhereThereIsRest) {
 TEST(Penalty, BoneAndASecondTissuePushTissueToo) {
     PairSample bone = vertex_of_b_in_a(BodyKind::rigid, BodyKind::tissue);
     bone.respond("penalty:k=100");
-    ASSERT_EQ(bone.effect.contacts.size(), 1U);
-    EXPECT_EQ(bone.effect.contacts[0].reaction_body, -1);
-    EXPECT_EQ(bone.effect.contacts[0].reaction_vertices[0], -1);
+    ASSERT_EQ(bone.output.contacts.size(), 1U);
+    EXPECT_EQ(bone.output.contacts[0].reaction_body, -1);
+    EXPECT_EQ(bone.output.contacts[0].reaction_vertices[0], -1);
     PairSample tissue = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
     tissue.respond("penalty:k=100");
-    ASSERT_EQ(tissue.effect.contacts.size(), 1U);
-    EXPECT_EQ(tissue.effect.contacts[0].vertices[0], 3);
-    EXPECT_EQ(tissue.effect.contacts[0].reaction_vertices[0], 0);
+    ASSERT_EQ(tissue.output.contacts.size(), 1U);
+    EXPECT_EQ(tissue.output.contacts[0].vertices[0], 3);
+    EXPECT_EQ(tissue.output.contacts[0].reaction_vertices[0], 0);
 }
 
 TEST(PointResponses, BothTissuesOfAPairGetOppositeMomentum) {

@@ -1,4 +1,4 @@
-// What the plain methods are told of a contact, from the definition of its kind.
+// What the plain methods are reported a contact, from the definition of its kind.
 #include "respond/point_contacts.hpp"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ Contact between_features(ContactCase kind, const ContactPoint& on_a, const Conta
     return contact;
 }
 
-TEST(PointContacts, FeaturesAreToldAtTheirOwnPlacesAsDeepAsTheTickWillMakeThem) {
+TEST(PointContacts, FeaturesAreReportedAtTheirOwnPlacesAsDeepAsTheTickWillMakeThem) {
     const test::World world = two_triangles();
     PointContacts points;
     points.prepare(world.topology);
@@ -52,24 +52,24 @@ TEST(PointContacts, FeaturesAreToldAtTheirOwnPlacesAsDeepAsTheTickWillMakeThem) 
         ContactSet contacts;
         contacts.contacts = {between_features(one.kind, one.on_a, one.on_b)};
         for (const bool reduce : {false, true}) {
-            Effect effect;
-            points.gather(world.topology, world.frame, contacts, reduce, effect);
-            ASSERT_EQ(effect.all_skipped(), 0);
+            ResponseOutput output;
+            points.gather(world.topology, world.frame, contacts, reduce, output);
+            ASSERT_EQ(output.all_skipped(), 0);
             ASSERT_EQ(points.list().size(), 1U);
-            const PointContact& told = points.list()[0];
-            EXPECT_NEAR(told.depth, 0.0005, 1e-15);
-            EXPECT_NEAR(told.distance, 0.0003, 1e-15);
-            EXPECT_EQ(told.normal, Vector3(Vector3::UnitZ()));
-            EXPECT_EQ(told.of_vertex, one.of_vertex);
-            EXPECT_EQ(told.vertex, one.vertex);
-            EXPECT_EQ(told.other, one.other);
-            EXPECT_EQ(told.body_a, 0);
-            EXPECT_EQ(told.body_b, 1);
-            EXPECT_EQ(told.a.vertices, one.on_a.vertices);
-            EXPECT_EQ(told.a.weights, one.on_a.weights);
-            EXPECT_EQ(told.b.vertices, one.on_b.vertices);
-            EXPECT_EQ(told.b.weights, one.on_b.weights);
-            EXPECT_EQ(told.id, 17U);
+            const PointContact& reported = points.list()[0];
+            EXPECT_NEAR(reported.depth, 0.0005, 1e-15);
+            EXPECT_NEAR(reported.distance, 0.0003, 1e-15);
+            EXPECT_EQ(reported.normal, Vector3(Vector3::UnitZ()));
+            EXPECT_EQ(reported.of_vertex, one.of_vertex);
+            EXPECT_EQ(reported.vertex, one.vertex);
+            EXPECT_EQ(reported.other, one.other);
+            EXPECT_EQ(reported.body_a, 0);
+            EXPECT_EQ(reported.body_b, 1);
+            EXPECT_EQ(reported.a.vertices, one.on_a.vertices);
+            EXPECT_EQ(reported.a.weights, one.on_a.weights);
+            EXPECT_EQ(reported.b.vertices, one.on_b.vertices);
+            EXPECT_EQ(reported.b.weights, one.on_b.weights);
+            EXPECT_EQ(reported.id, 17U);
         }
     }
 }
@@ -97,10 +97,10 @@ TEST(PointContacts, AnOpenContactHasANegativeDepthAndOneWithoutANormalHasNoPlace
         other.b = 1;
         contacts.contacts.push_back(other);
     }
-    Effect effect;
-    points.gather(world.topology, world.frame, contacts, false, effect);
-    EXPECT_EQ(effect.skipped_for(SkipReason::no_direction), 2 * 2 + 3);
-    EXPECT_EQ(effect.skipped_for(SkipReason::reduced), 0);
+    ResponseOutput output;
+    points.gather(world.topology, world.frame, contacts, false, output);
+    EXPECT_EQ(output.skipped_for(SkipReason::no_direction), 2 * 2 + 3);
+    EXPECT_EQ(output.skipped_for(SkipReason::reduced), 0);
     ASSERT_EQ(points.list().size(), 6U);
     const double approach = contacts.contacts[0].approach;
     for (const std::size_t open : {1U, 4U}) EXPECT_NEAR(points.list()[open].depth, -(0.001 + approach), 1e-15);
@@ -120,9 +120,9 @@ TEST(PointContacts, AReductionTakesClosedContactsAlone) {
         contacts.contacts.push_back(one);
     }
     for (int order = 0; order < 2; ++order) {
-        Effect effect;
-        points.gather(world.topology, world.frame, contacts, true, effect);
-        EXPECT_EQ(effect.skipped_for(SkipReason::reduced), 1);
+        ResponseOutput output;
+        points.gather(world.topology, world.frame, contacts, true, output);
+        EXPECT_EQ(output.skipped_for(SkipReason::reduced), 1);
         ASSERT_EQ(points.list().size(), 4U);
         std::vector<double> these;
         for (const PointContact& one : points.list()) these.push_back(one.depth);

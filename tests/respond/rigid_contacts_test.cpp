@@ -1,5 +1,5 @@
-// Contact between bodies that do not deform, as `hold` shares it out over a patch: closed forms of ball, wedge and
-// blade.
+// Contact between bodies that do not deform, as `unilateral` shares it out over a patch: closed forms of ball, wedge
+// and blade.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 std::string over_a_block(const std::string& part, double edge, double z, const std::string& drive,
                          const std::string& turn = "0,0,0", bool closed = true) {
     return fmt::format(
-        R"({{"format":"trocar-scene-1","name":"block","unit":"m","dt":0.001,"ticks":10,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"block","unit":"m","dt":0.001,"ticks":10,"seed":1,"bodies":[
       {{"name":"block","kind":"rigid","closed":true,"parts":[{{"shape":"box","size":[0.05,0.05,0.02],"edge":{0}}}],
        "pose":[0,0,-0.01,0,0,0]}},
       {{"name":"tool","kind":"instrument","closed":{5},"parts":[{1}],
@@ -31,7 +31,7 @@ StepRow last_row(const std::string& text, const std::string& method, int ticks, 
     const Scene scene = test::scene_from_text(text);
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                          registry().source(default_source(spec)));
+                          registry().contact_generator(default_contact_generator(spec)));
     StepRow row;
     for (int tick = 0; tick < ticks; ++tick) row = simulation.step();
     if (depth != nullptr) {
@@ -41,7 +41,7 @@ StepRow last_row(const std::string& text, const std::string& method, int ticks, 
     return row;
 }
 
-constexpr const char* hold = "hold";
+constexpr const char* hold = "unilateral";
 
 TEST(RigidPatch, BallOnAPlaneGivesStiffnessTimesDepthAtAnyMesh) {
     // I18 for tools and bone: k d upwards, where d is how deep the polyhedron's lowest vertex is.
@@ -126,7 +126,7 @@ TEST(RigidPatch, OpenBladeLedByAHandGetsNoEnergyOnItsWayInAndOut) {
         const Scene scene = test::scene_from_text(text);
         const MethodSpec spec = parse_method(hold);
         Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                              registry().source(default_source(spec)));
+                              registry().contact_generator(default_contact_generator(spec)));
         double work = 0.0;
         double most = 0.0;
         double pressed = 0.0;

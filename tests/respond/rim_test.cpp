@@ -74,8 +74,8 @@ struct Drag {
 
     static constexpr int sides = 12;
     static constexpr double speed = 0.1;  ///< m/s
-    [[nodiscard]] double way() const { return hole - radius + beyond; }
-    [[nodiscard]] Vector3 place(double time) const { return {std::min(speed * time, way()), 0.0007, -0.03}; }
+    [[nodiscard]] double path() const { return hole - radius + beyond; }
+    [[nodiscard]] Vector3 place(double time) const { return {std::min(speed * time, path()), 0.0007, -0.03}; }
     [[nodiscard]] double inscribed() const { return radius * std::cos(std::numbers::pi / sides); }
     [[nodiscard]] ClosedLoop loop() const {
         const int squares = static_cast<int>(std::lround(0.1 / edge));
@@ -87,7 +87,7 @@ struct Drag {
                                     .kind = BodyKind::tissue,
                                     .closed = false,
                                     .mesh = with_hole(make_sheet(squares, edge), hole, round)}},
-                          "hold");
+                          "unilateral");
     }
 };
 
@@ -102,7 +102,7 @@ TEST_P(DragAgainstRim, LeavesNoPartOfTheSheetInsideTheShaft) {
         ASSERT_TRUE(loop.step()) << loop.outcome.message;
         ASSERT_EQ(loop.ruptures, 0) << tick;
         EXPECT_LE(depth_in_shaft(loop, drag.place(loop.frame.time), drag.inscribed()), clear) << tick;
-        EXPECT_LE(truth.measure(loop.frame).max_depth, clear) << tick;
+        EXPECT_LE(truth.measure(loop.frame).residual_penetration, clear) << tick;
         force = std::max(force, loop.tool_force(0).norm());
     }
     // It is the sheet that holds the shaft back, not an empty hole.
@@ -121,11 +121,11 @@ TEST_P(FarDragAgainstRim, EndsWithNoPartOfTheSheetInsideTheShaft) {
     const Drag drag = GetParam();
     ClosedLoop loop = drag.loop();
     DepthTruth truth(loop.topology, loop.frame);
-    const double settled = drag.way() / Drag::speed + 0.2;
+    const double settled = drag.path() / Drag::speed + 0.2;
     while (loop.frame.time < settled + 0.1) {
         ASSERT_TRUE(loop.step()) << loop.outcome.message;
         ASSERT_EQ(loop.ruptures, 0) << loop.frame.time;
-        const double depth = truth.measure(loop.frame).max_depth;
+        const double depth = truth.measure(loop.frame).residual_penetration;
         if (loop.frame.time < settled) continue;
         EXPECT_LE(depth_in_shaft(loop, drag.place(loop.frame.time), drag.inscribed()), clear) << loop.frame.time;
         EXPECT_LE(depth, clear) << loop.frame.time;

@@ -29,7 +29,7 @@ Scene stab_in_size(double s, double depth) {
     constexpr double thickness = 0.003;
     constexpr double damping = 0.02;
     const std::string text = fmt::format(
-        R"({{"format": "trocar-scene-1", "name": "sized", "unit": "m", "dt": 0.001, "ticks": 120, "seed": 1,
+        R"({{"format": "trocar-scene-2", "name": "sized", "unit": "m", "dt": 0.001, "ticks": 120, "seed": 1,
  "bodies": [
   {{"name": "sheet", "kind": "tissue", "closed": false, "side": "front",
    "parts": [{{"shape": "sheet", "size": [{0}, {0}], "edge": {1}}}],
@@ -48,7 +48,7 @@ Scene stab_in_size(double s, double depth) {
 }
 
 TEST(SameSceneInAnotherSize, TearsNowhereElseAndHasTheSameForceAndDepth) {
-    const auto run_in_size = [](double s) { return run_scene_with(stab_in_size(s, 0.008), "hold"); };
+    const auto run_in_size = [](double s) { return run_scene_with(stab_in_size(s, 0.008), "unilateral"); };
     const Record here = run_in_size(1.0);
     ASSERT_TRUE(here.outcome.ok()) << here.outcome.message;
     double largest = 0.0;
@@ -62,7 +62,7 @@ TEST(SameSceneInAnotherSize, TearsNowhereElseAndHasTheSameForceAndDepth) {
         for (std::size_t i = 0; i < here.rows.size(); ++i) {
             const Vector3 force = there.rows[i].tool_force / std::pow(s, 4);
             EXPECT_LT((force - here.rows[i].tool_force).norm(), 0.02 * largest) << "s = " << s << " tick " << i;
-            EXPECT_LE(there.rows[i].max_depth / s, 1e-4) << "s = " << s << " tick " << i;
+            EXPECT_LE(there.rows[i].residual_penetration / s, 1e-4) << "s = " << s << " tick " << i;
         }
     }
 }
@@ -74,7 +74,7 @@ TEST(SameSceneInAnotherSize, GapTearsWhereItTearsToo) {
                                // corner 41 mm, of springs that are to be at most twice as long; beside the needle's
                                // point they are soon.
                                const auto first_tear = [](double s) {
-                                   const Record record = run_scene_with(stab_in_size(s, 0.03), "hold");
+                                   const Record record = run_scene_with(stab_in_size(s, 0.03), "unilateral");
                                    EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
                                    for (std::size_t i = 0; i < record.rows.size(); ++i) {
                                        if (record.rows[i].ruptures > 0) return static_cast<int>(i);
@@ -94,7 +94,7 @@ TEST(FinerMesh, GapKeepsANeedleThatIsDraggedOverItOutsideAsACoarseOneDoes) {
         // needle is thick the same nearness counts as touching.
         for (const double edge : {0.005, 0.0025, 0.002}) {
             const std::string text = fmt::format(
-                R"({{"format": "trocar-scene-1", "name": "dragged", "unit": "m", "dt": 0.001, "ticks": 450, "seed": 1,
+                R"({{"format": "trocar-scene-2", "name": "dragged", "unit": "m", "dt": 0.001, "ticks": 450, "seed": 1,
  "bodies": [
   {{"name": "sheet", "kind": "tissue", "closed": false, "side": "front",
    "parts": [{{"shape": "sheet", "size": [0.06, 0.06], "edge": {}}}], "tissue": {{"pinned": "rim"}}}},
@@ -105,11 +105,11 @@ TEST(FinerMesh, GapKeepsANeedleThatIsDraggedOverItOutsideAsACoarseOneDoes) {
      {{"time": 0.15, "pose": [0.0023, -0.0031, -0.004, 0, 0, 0]}},
      {{"time": 0.35, "pose": [0.0123, 0.0009, -0.004, 0, 0, 0]}}]}}}}]}})",
                 edge);
-            const Record record = run_scene_with(scene_from_text(text), "hold");
+            const Record record = run_scene_with(scene_from_text(text), "unilateral");
             ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
             EXPECT_EQ(record.summary.at("ruptures"), 0.0) << edge;
             for (std::size_t i = 0; i < record.rows.size(); ++i) {
-                EXPECT_LE(record.rows[i].max_depth, 1e-4) << "edge " << edge << " tick " << i;
+                EXPECT_LE(record.rows[i].residual_penetration, 1e-4) << "edge " << edge << " tick " << i;
             }
         }
     });
@@ -156,7 +156,7 @@ double film_force(double radius, double depth, double rim, double tension) {
 /// preload, at `place` (m).
 double pressed_ball(double radius, double edge, const Vector3& place) {
     const std::string text = fmt::format(
-        R"({{"format": "trocar-scene-1", "name": "film", "unit": "m", "dt": 0.001, "ticks": 300, "seed": 1,
+        R"({{"format": "trocar-scene-2", "name": "film", "unit": "m", "dt": 0.001, "ticks": 300, "seed": 1,
  "bodies": [
   {{"name": "sheet", "kind": "tissue", "closed": false, "side": "front",
    "parts": [{{"shape": "sheet", "size": [0.06, 0.06], "edge": {0}}}],
@@ -167,7 +167,7 @@ double pressed_ball(double radius, double edge, const Vector3& place) {
      {{"time": 0, "pose": [{2}, {3}, {4}, 0, 0, 0]}}, {{"time": 0.2, "pose": [{2}, {3}, {5}, 0, 0, 0]}}]}}}}],
  "contact": [{{"bodies": ["ball", "sheet"], "k": 100, "mu": 2}}]}})",
         edge, radius, place.x(), place.y(), radius + 0.001, radius - 0.004);
-    const Record record = run_scene_with(scene_from_text(text), "hold", 300);
+    const Record record = run_scene_with(scene_from_text(text), "unilateral", 300);
     EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
     double force = 0.0;
     for (std::size_t i = record.rows.size() - 50; i < record.rows.size(); ++i) {

@@ -1,5 +1,5 @@
 // Stab-stop, stab-withdraw and stab-drag (METHODS §14, I26), on prepared sheets and organs and on the shipped scenes:
-// `hold` ends clear 200 ms after the last key or says rupture, the faithful one does not.
+// `unilateral` ends clear 200 ms after the last key or says rupture, the faithful one does not.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -88,7 +88,7 @@ TEST(HoldStab, EndsClearOnSheetAndOrganTwoHundredMillisecondsAfterTheLastKey) {
     for (const bool closed : {false, true}) {
         const Mesh tissue = closed ? organ : make_sheet(12, 0.005);
         for (const Path& path : paths) {
-            ClosedLoop loop = stab("hold", tissue, closed, closed ? 0.03 : 0.0, 0.006, path);
+            ClosedLoop loop = stab("unilateral", tissue, closed, closed ? 0.03 : 0.0, 0.006, path);
             std::int64_t ruptures = 0;
             for (int tick = 0; tick < last_key(0.006, path) + 200; ++tick) {
                 ASSERT_TRUE(loop.step()) << loop.outcome.message;
@@ -117,14 +117,14 @@ double worst_of_blunt_tool_on_fine_sheet(const std::string& method) {
     double worst = 0.0;
     for (int tick = 0; tick < 280; ++tick) {
         if (!loop.step()) return std::nan("");
-        worst = std::max(worst, truth.measure(loop.frame).max_depth);
+        worst = std::max(worst, truth.measure(loop.frame).residual_penetration);
     }
     return worst;
 }
 
 TEST(HoldPress, BluntToolOnSmallerTrianglesThanItsOwnLeavesNothingBetweenTheirVertices) {
     // The rim's edges cross the sheet's: no vertex of either is inside there.
-    EXPECT_LE(worst_of_blunt_tool_on_fine_sheet("hold"), 1e-4);
+    EXPECT_LE(worst_of_blunt_tool_on_fine_sheet("unilateral"), 1e-4);
 }
 
 /// A bar of 0.6 mm, 60 mm long, that falls across the edges of a sheet of 10 mm edges at 0.45 m/s, to 6 mm below it:
@@ -144,19 +144,20 @@ double worst_under_thin_bar(const std::string& method) {
     double worst = 0.0;
     for (int tick = 0; tick < 150; ++tick) {
         if (!loop.step()) return std::nan("");
-        worst = std::max(worst, truth.measure(loop.frame).max_depth);
+        worst = std::max(worst, truth.measure(loop.frame).residual_penetration);
     }
     return worst;
 }
 
 TEST(HoldPress, BarThinnerThanTheMeshDoesNotPassBetweenItsOwnVertices) {
-    EXPECT_LE(worst_under_thin_bar("hold"), 2e-4);
+    EXPECT_LE(worst_under_thin_bar("unilateral"), 2e-4);
     EXPECT_GT(worst_under_thin_bar("penalty"), 1e-3);
 }
 
 TEST(HoldPress, BoxThatLandsFlatAndIsDraggedHasNoTissueAcrossItsRim) {
     // Twice as long edges as the sheet's: between the corners the sheet passes in by the bottom and out by a side, and
-    // no pair of triangles tells that the rim crosses the sheet's edges. It lands with its bottom in the sheet's plane.
+    // no pair of triangles reports that the rim crosses the sheet's edges. It lands with its bottom in the sheet's
+    // plane.
     for (const double edge : {0.005, 0.0025}) {
         ClosedLoop loop({LoopBody{.name = "box",
                                   .kind = BodyKind::instrument,
@@ -169,12 +170,12 @@ TEST(HoldPress, BoxThatLandsFlatAndIsDraggedHasNoTissueAcrossItsRim) {
                                   .kind = BodyKind::tissue,
                                   .closed = false,
                                   .mesh = make_sheet(static_cast<int>(0.05 / edge), edge)}},
-                        "hold");
+                        "unilateral");
         DepthTruth truth(loop.topology, loop.frame);
         int deep = 0;  // single ticks in which a vertex goes round the rim
         for (int tick = 0; tick < 220; ++tick) {
             ASSERT_TRUE(loop.step()) << loop.outcome.message;
-            const double depth = truth.measure(loop.frame).max_depth;
+            const double depth = truth.measure(loop.frame).residual_penetration;
             EXPECT_LE(depth, 2.5e-4) << "edge " << edge << " tick " << tick;
             if (depth > 1e-4) ++deep;
         }
@@ -200,8 +201,9 @@ TEST(FaithfulStab, BackProjectionFindsTheSurfaceGoingInAndNotComingOut) {
              LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(10, 0.005)}},
             "thesis:l_max=0.005,n_back=100");
         EXPECT_TRUE(loop.step());
-        return std::count_if(loop.effect.contacts.begin(), loop.effect.contacts.end(),
-                             [](const LinearContact& contact) { return contact.vertices[1] < 0 && contact.mu == 0.0; });
+        return std::count_if(
+            loop.output.contacts.begin(), loop.output.contacts.end(),
+            [](const ContactForceLaw& contact) { return contact.vertices[1] < 0 && contact.mu == 0.0; });
     };
     EXPECT_GT(attractions(-0.5), 0);
     EXPECT_EQ(attractions(0.0), 0);
@@ -239,11 +241,11 @@ TEST(HoldStab, GapNeedleThroughAThinBodyWithNoVertexInsideIsNotIgnored) {
                                           return {0.0011, 0.0007, -0.0065};
                                       }},
                              LoopBody{.name = "plate", .kind = BodyKind::tissue, .mesh = plate}},
-                            "hold");
+                            "unilateral");
             bool acted = false;
             for (int tick = 0; tick < 5; ++tick) {
                 ASSERT_TRUE(loop.step()) << loop.outcome.message;
-                acted = acted || !loop.effect.contacts.empty() || loop.ruptures > 0;
+                acted = acted || !loop.output.contacts.empty() || loop.ruptures > 0;
             }
             EXPECT_TRUE(acted);
         });
@@ -276,8 +278,8 @@ const SceneResult& run_scene(const std::string& name, const std::string& respons
     result.outcome = record.outcome;
     for (const StepRow& row : record.rows) {
         result.ruptures += row.ruptures;
-        result.worst = std::fmax(result.worst, row.max_depth);
-        if (row.time >= last + 0.2) result.residual = std::fmax(result.residual, row.max_depth);
+        result.worst = std::fmax(result.worst, row.residual_penetration);
+        if (row.time >= last + 0.2) result.residual = std::fmax(result.residual, row.residual_penetration);
     }
     for (std::size_t i = 1; i < record.rows.size(); ++i) {
         const Vector3& force = record.rows[i].tool_force;
@@ -294,7 +296,7 @@ const SceneResult& run_scene(const std::string& name, const std::string& respons
 class StabScene : public testing::TestWithParam<const char*> {};
 
 TEST_P(StabScene, EndsClearOrTorn) {
-    const SceneResult& result = run_scene(GetParam(), "hold");
+    const SceneResult& result = run_scene(GetParam(), "unilateral");
     ASSERT_TRUE(result.outcome.ok()) << result.outcome.message;
     if (result.ruptures == 0) {
         EXPECT_LE(result.residual, 1e-4);
@@ -313,7 +315,7 @@ TEST(StabScenes, TearInHoldExactlyWhereTheHardReferenceDoesNotClearWithinTheStra
         const Reference reference = read_reference(
             reference_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (std::string(name) + ".json")));
         ASSERT_TRUE(reference.hard.clears_within_strain_limit.has_value()) << name;
-        EXPECT_EQ(run_scene(name, "hold").ruptures > 0, !*reference.hard.clears_within_strain_limit) << name;
+        EXPECT_EQ(run_scene(name, "unilateral").ruptures > 0, !*reference.hard.clears_within_strain_limit) << name;
         torn += *reference.hard.clears_within_strain_limit ? 0 : 1;
     }
     EXPECT_EQ(torn, 1);
@@ -324,7 +326,7 @@ TEST(StabScenes, ForceOnTheFacesThatAToolTouchesIsThatOfTheHardReference) {
     for (const char* name : {"indent_1x", "indent_4x"}) {
         const Reference reference = read_reference(
             reference_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (std::string(name) + ".json")));
-        const SceneResult& faces = run_scene(name, "hold");
+        const SceneResult& faces = run_scene(name, "unilateral");
         const double hard = reference.hard.force_at(reference.hard.until).norm();
         EXPECT_LT(std::abs(faces.force - hard), 0.01 * hard) << name;
     }
@@ -340,7 +342,7 @@ TEST(StabScenes, ForceChangesPerTickNoFasterThanTheHardReferenceDoes) {
             largest_change =
                 std::max(largest_change, (reference.hard.force_at(t) - reference.hard.force_at(t - interval)).norm());
         }
-        EXPECT_LT(run_scene(name, "hold").largest_jump, largest_change) << name;
+        EXPECT_LT(run_scene(name, "unilateral").largest_jump, largest_change) << name;
     }
 }
 
@@ -355,9 +357,9 @@ TEST(StabScenes, GapSheetStaysBeforeANeedleThatIsFourTimesAsFast) {
             const double earlier = 0.75 * (keys.at(1).time - start);
             for (std::size_t i = 1; i < keys.size(); ++i) keys[i].time -= earlier;
         }
-        const Record record = test::run_scene_with(scene, "hold", 1);
+        const Record record = test::run_scene_with(scene, "unilateral", 1);
         ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-        for (const StepRow& row : record.rows) EXPECT_LE(row.max_depth, 1e-4) << "at " << row.time;
+        for (const StepRow& row : record.rows) EXPECT_LE(row.residual_penetration, 1e-4) << "at " << row.time;
     });
 }
 
@@ -374,13 +376,13 @@ TEST(StabScenes, GapTearOfAFinerSheetOpensInsteadOfLettingItFlyUpTheNeedle) {
         text.replace(place, coarse.size(), "\"edge\": 0.0025");
         Scene scene = test::scene_from_text(text);
         scene.ticks = 160;
-        const Record record = test::run_scene_with(scene, "hold", 1);
+        const Record record = test::run_scene_with(scene, "unilateral", 1);
         ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
         EXPECT_GT(record.summary.at("ruptures"), 0.0);
         double last = 0.0;
         for (const StepRow& row : record.rows) {
-            EXPECT_LE(row.max_depth - last, 0.0025) << "at " << row.time;
-            last = row.max_depth;
+            EXPECT_LE(row.residual_penetration - last, 0.0025) << "at " << row.time;
+            last = row.residual_penetration;
         }
     });
 }
@@ -391,15 +393,15 @@ TEST(StabScenes, FaithfulStaysInTheTissueWhereTheToolStands) {
 
 TEST(StabScenes, SpikeAndClosedOrganAreNeverDeepInHoldAndAreInFaithful) {
     for (const char* name : {"r2t_spike", "t2t_closed"}) {
-        EXPECT_LT(run_scene(name, "hold").worst, 1.5e-4) << name;
+        EXPECT_LT(run_scene(name, "unilateral").worst, 1.5e-4) << name;
         EXPECT_GT(run_scene(name, "thesis").worst, 5e-4) << name;
     }
 }
 
 TEST(IndentScenes, ForceConvergesUnderRefinement) {
-    const double coarse = run_scene("indent_1x", "hold").force;
-    const double medium = run_scene("indent_4x", "hold").force;
-    const double fine = run_scene("indent_16x", "hold").force;
+    const double coarse = run_scene("indent_1x", "unilateral").force;
+    const double medium = run_scene("indent_4x", "unilateral").force;
+    const double fine = run_scene("indent_16x", "unilateral").force;
     EXPECT_GT(coarse, 0.1);
     EXPECT_LT(std::abs(medium - coarse), 0.1 * coarse);
     EXPECT_LT(std::abs(fine - medium), 0.1 * medium);

@@ -1,4 +1,4 @@
-// The response `thesis` on one triangle pair: which equation acts, on whom, and what the Effect then says.
+// The response `thesis` on one triangle pair: which equation acts, on whom, and what the ResponseOutput then says.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -30,9 +30,9 @@ TEST(ThesisInstruments, VertexInFaceFollows34AndForcesAreOpposite) {
             s.frame.velocity.col(1) = s.frame.velocity.col(2) = s.frame.velocity.col(0);
         }
         s.respond(std::string(method) + ",mu=2.5");
-        ASSERT_EQ(s.effect.contacts.size(), 1U);
-        EXPECT_EQ(s.effect.contacts[0].vertices[0], 3);
-        EXPECT_TRUE(s.effect.contacts[0].adhesive);
+        ASSERT_EQ(s.output.contacts.size(), 1U);
+        EXPECT_EQ(s.output.contacts[0].vertices[0], 3);
+        EXPECT_TRUE(s.output.contacts[0].adhesive);
         // k d - mu (V2 - V1)·n = 0.5 + 2.5 * 0.3
         EXPECT_LT((moment_on_tip(s, 1) - Vector3(0, 0, 1.25)).norm(), 1e-12);
         EXPECT_LT((moment_on_tip(s, 0) + Vector3(0, 0, 1.25)).norm(), 1e-12);
@@ -49,8 +49,8 @@ TEST(ThesisInstruments, FastSeparationPullsWithoutAClamp) {
 TEST(ThesisInstruments, RigidBodyTakesNothing) {
     PairSample inside = vertex_of_a_in_b(BodyKind::instrument, BodyKind::rigid);
     inside.respond("thesis");
-    ASSERT_EQ(inside.effect.contacts.size(), 1U);
-    EXPECT_EQ(inside.effect.contacts[0].reaction_body, -1);
+    ASSERT_EQ(inside.output.contacts.size(), 1U);
+    EXPECT_EQ(inside.output.contacts[0].reaction_body, -1);
     EXPECT_LT((inside.shown_force(0) - Vector3(0, 0, 1.5)).norm(), 1e-12);
     // The other way round the instrument's face is pushed away from the rigid vertex.
     PairSample face = vertex_of_b_in_a(BodyKind::instrument, BodyKind::rigid);
@@ -84,12 +84,12 @@ TEST(ThesisTissue, InstrumentVertexFollows36WithTheStiffnessOfTheNearestVertex) 
     s.materials.mean_stiffness = {0, 0, 0, 220.0, 1.0, 2.0};
     s.frame.velocity.col(0) = Vector3(0.03, -0.02, -0.2);
     s.respond("thesis:mu=0.8,n_back=0");
-    ASSERT_EQ(s.effect.contacts.size(), 1U);
-    EXPECT_DOUBLE_EQ(s.effect.contacts[0].k, 220.0);
+    ASSERT_EQ(s.output.contacts.size(), 1U);
+    EXPECT_DOUBLE_EQ(s.output.contacts[0].k, 220.0);
     EXPECT_NEAR(s.shown_force(0).z(), 0.33 + 0.16, 1e-12);
     s.respond("thesis:mu=0.8,profile=printed,n_back=0");
     EXPECT_NEAR(s.shown_force(0).z(), 0.33 - 0.16, 1e-12);
-    EXPECT_DOUBLE_EQ(s.effect.contacts[0].mu, -0.8);
+    EXPECT_DOUBLE_EQ(s.output.contacts[0].mu, -0.8);
     s.materials.contact_laws[0].k = 100.0;
     s.respond("thesis:mu=0,n_back=0");
     EXPECT_NEAR(s.shown_force(0).z(), 0.15, 1e-12) << "the scene's stiffness";
@@ -100,20 +100,20 @@ TEST(ThesisTissue, InstrumentVertexFollows36WithTheStiffnessOfTheNearestVertex) 
 TEST(ThesisTissue, ForceIsSharedOutAtTheProjectionOrPutOnTheNearestVertex) {
     PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
     s.respond("thesis");
-    const LinearContact& shared = s.effect.contacts[0];
+    const ContactForceLaw& shared = s.output.contacts[0];
     EXPECT_NEAR(shared.weights[0], 0.5, 1e-12);
     EXPECT_NEAR(shared.weights[1], 0.2, 1e-12);
     EXPECT_NEAR(shared.weights[2], 0.3, 1e-12);
     s.respond("thesis:distribute=force_at_vertex");
-    EXPECT_EQ(s.effect.contacts[0].vertices[0], 3);
-    EXPECT_EQ(s.effect.contacts[0].vertices[1], -1);
+    EXPECT_EQ(s.output.contacts[0].vertices[0], 3);
+    EXPECT_EQ(s.output.contacts[0].vertices[1], -1);
 }
 
 TEST(ThesisTissue, CrossingEdgesUseTheTriangleStiffness) {
     PairSample s = edges_crossing(BodyKind::instrument, BodyKind::tissue);
     s.respond("thesis:distribute=force_at_vertex");
-    ASSERT_EQ(s.effect.contacts.size(), 1U);
-    EXPECT_EQ(s.effect.contacts[0].vertices[0], 4);
+    ASSERT_EQ(s.output.contacts.size(), 1U);
+    EXPECT_EQ(s.output.contacts[0].vertices[0], 4);
     EXPECT_LT((s.shown_force(0) + Vector3(21.25, 0, 0)).norm(), 1e-12);
 }
 
@@ -123,21 +123,21 @@ TEST(ThesisTissue, TissueVertexIsPutWhereItsPathMetTheFace) {
     s.frame.velocity.col(3) = Vector3(1.0, 0.0, -1.0);
     s.frame.velocity.col(0) = Vector3(0.0, 0.0, 0.125);
     s.respond("thesis");
-    ASSERT_EQ(s.effect.placements.size(), 1U);
-    EXPECT_LT((s.effect.placements[0].position - Vector3(0.0035, 0.005, 0.0)).norm(), 1e-15);
-    EXPECT_LT((s.effect.placements[0].velocity - Vector3(1.0, 0.0, 0.125)).norm(), 1e-15);
-    EXPECT_EQ(s.effect.no_hit, 0);
-    EXPECT_TRUE(s.effect.contacts.empty());
+    ASSERT_EQ(s.output.position_corrections.size(), 1U);
+    EXPECT_LT((s.output.position_corrections[0].position - Vector3(0.0035, 0.005, 0.0)).norm(), 1e-15);
+    EXPECT_LT((s.output.position_corrections[0].velocity - Vector3(1.0, 0.0, 0.125)).norm(), 1e-15);
+    EXPECT_EQ(s.output.no_hit, 0);
+    EXPECT_TRUE(s.output.contacts.empty());
 }
 
 TEST(ThesisTissue, StillTissueUnderAMovingToolHasNoHitAndKeepsItsPlace) {
     PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
     s.frame.velocity.leftCols(3).colwise() = Vector3(0.0, 0.0, 0.5);
     s.respond("thesis");
-    EXPECT_EQ(s.effect.no_hit, 1);
-    ASSERT_EQ(s.effect.placements.size(), 1U);
-    EXPECT_EQ(s.effect.placements[0].position, Vector3(s.frame.position.col(3)));
-    EXPECT_LT((s.effect.placements[0].velocity - Vector3(0, 0, 0.5)).norm(), 1e-15);
+    EXPECT_EQ(s.output.no_hit, 1);
+    ASSERT_EQ(s.output.position_corrections.size(), 1U);
+    EXPECT_EQ(s.output.position_corrections[0].position, Vector3(s.frame.position.col(3)));
+    EXPECT_LT((s.output.position_corrections[0].velocity - Vector3(0, 0, 0.5)).norm(), 1e-15);
 }
 
 TEST(ThesisTissue, VertexHeldOnASpringLoadsTheToolWithStiffnessTimesTravel) {
@@ -149,12 +149,12 @@ TEST(ThesisTissue, VertexHeldOnASpringLoadsTheToolWithStiffnessTimesTravel) {
     s.materials.springs = {Spring{.i = 3, .j = 4, .rest = 0.04, .k = 40.0}};
     s.contacts.contacts.push_back(s.contacts.contacts[0]);  // a second pair of the same vertex does not count twice
     s.respond("thesis");
-    EXPECT_NEAR(s.effect.wrench[0].force.z(), -40.0 * 0.01, 1e-12);
+    EXPECT_NEAR(s.output.wrench[0].force.z(), -40.0 * 0.01, 1e-12);
     EXPECT_NEAR(s.shown_force(0).z(), -40.0 * 0.01, 1e-12);
     // A spring that pulls the vertex off the face loads nothing.
     s.materials.springs[0].rest = 0.06;
     s.respond("thesis");
-    EXPECT_EQ(s.effect.wrench[0].force, Vector3(Vector3::Zero()));
+    EXPECT_EQ(s.output.wrench[0].force, Vector3(Vector3::Zero()));
 }
 
 TEST(ThesisTissue, PairsThatMeanNothingAreCounted) {
@@ -167,8 +167,8 @@ TEST(ThesisTissue, PairsThatMeanNothingAreCounted) {
         s.contacts.contacts.back().kind = kind;
     }
     s.respond("thesis");
-    EXPECT_EQ(s.effect.skipped_for(SkipReason::no_direction), 4);
-    EXPECT_TRUE(s.effect.contacts.empty() && s.effect.placements.empty());
+    EXPECT_EQ(s.output.skipped_for(SkipReason::no_direction), 4);
+    EXPECT_TRUE(s.output.contacts.empty() && s.output.position_corrections.empty());
 }
 
 TEST(ThesisTissue, PairsThatLackATriangleOrAVertexAreCounted) {
@@ -179,8 +179,8 @@ TEST(ThesisTissue, PairsThatLackATriangleOrAVertexAreCounted) {
                 s.contacts.contacts[0].kind = kind;
                 s.contacts.contacts[0].*lacking = -1;
                 s.respond(method);
-                EXPECT_EQ(s.effect.skipped_for(SkipReason::no_direction), 1) << method << ' ' << static_cast<int>(kind);
-                EXPECT_TRUE(s.effect.contacts.empty() && s.effect.placements.empty()) << method;
+                EXPECT_EQ(s.output.skipped_for(SkipReason::no_direction), 1) << method << ' ' << static_cast<int>(kind);
+                EXPECT_TRUE(s.output.contacts.empty() && s.output.position_corrections.empty()) << method;
             }
         }
     }
@@ -201,8 +201,8 @@ TEST(ThesisTissue, ImpulseReactionIsTheMomentumThatTheFaceGivesTheVertexTurnedRo
     s.frame.velocity.col(3) = Vector3(0.2, 0.0, -0.3);
     s.frame.previous = s.frame.position - 1e-3 * s.frame.velocity;
     s.respond("thesis:profile=corrected,n_back=0");
-    ASSERT_EQ(s.effect.placements.size(), 1U);
-    EXPECT_LT((s.effect.placements[0].velocity - Vector3(0.2, 0.0, 0.1)).norm(), 1e-12);
+    ASSERT_EQ(s.output.position_corrections.size(), 1U);
+    EXPECT_LT((s.output.position_corrections[0].velocity - Vector3(0.2, 0.0, 0.1)).norm(), 1e-12);
     EXPECT_LT((s.shown_force(0) - Vector3(0.0, 0.0, -0.4)).norm(), 1e-12);
 }
 
@@ -220,7 +220,7 @@ double final_energy(const char* method) {
     for (int tick = 0; tick < 20; ++tick) {
         s.contacts.contacts[0].depth = 1e-5;  // a touch without spring force to speak of
         s.respond(method);
-        EXPECT_TRUE(tissue.advance(s.effect, 1e-3, s.frame, reaction).ok());
+        EXPECT_TRUE(tissue.advance(s.output, 1e-3, s.frame, reaction).ok());
     }
     return s.frame.velocity.col(3).squaredNorm() / 1e-6;
 }
@@ -233,9 +233,9 @@ TEST(ThesisProfiles, PrintedDamperFeedsEnergyAndFaithfulTakesIt) {
 TEST(ThesisReduction, EveryVertexBelowAFaceCountsInTheCorrectionAndTheDeepestAloneInTheEquations) {
     const auto contacts_of = [](PairSample& s, const char* method) {
         s.respond(method);
-        std::vector<LinearContact> contacts = s.effect.contacts;
+        std::vector<ContactForceLaw> contacts = s.output.contacts;
         std::sort(contacts.begin(), contacts.end(),
-                  [](const LinearContact& a, const LinearContact& b) { return a.gap < b.gap; });
+                  [](const ContactForceLaw& a, const ContactForceLaw& b) { return a.gap < b.gap; });
         return contacts;
     };
     // The tool's corners are 1.5 and 0.5 mm below the face, over (2, 3) and (3, 2) tenths of it; the third one is below
@@ -245,7 +245,7 @@ TEST(ThesisReduction, EveryVertexBelowAFaceCountsInTheCorrectionAndTheDeepestAlo
     tool.frame.position.col(2) = Vector3(0.02, 0.02, -0.001);
     tool.frame.previous = tool.frame.position;
     EXPECT_EQ(contacts_of(tool, "thesis:k=100,n_back=0").size(), 1U);
-    const std::vector<LinearContact> both = contacts_of(tool, "thesis:profile=corrected,k=100,n_back=0");
+    const std::vector<ContactForceLaw> both = contacts_of(tool, "thesis:profile=corrected,k=100,n_back=0");
     ASSERT_EQ(both.size(), 2U);
     const std::array<Vector3, 2> weights{Vector3(0.5, 0.2, 0.3), Vector3(0.5, 0.3, 0.2)};
     for (std::size_t c = 0; c < 2; ++c) {
@@ -262,16 +262,16 @@ TEST(ThesisReduction, EveryVertexBelowAFaceCountsInTheCorrectionAndTheDeepestAlo
     tissue.frame.position.col(4) = Vector3(0.006, 0.003, -0.0002);
     tissue.frame.previous = tissue.frame.position;
     tissue.respond("thesis:n_back=0");
-    ASSERT_EQ(tissue.effect.placements.size(), 1U);
-    EXPECT_EQ(tissue.effect.placements[0].vertex, 3);
+    ASSERT_EQ(tissue.output.position_corrections.size(), 1U);
+    EXPECT_EQ(tissue.output.position_corrections[0].vertex, 3);
     tissue.respond("thesis:profile=corrected,n_back=0");
-    ASSERT_EQ(tissue.effect.placements.size(), 2U);
-    for (const Placement& placement : tissue.effect.placements) {
-        Vector3 on_the_face = tissue.frame.position.col(placement.vertex);
+    ASSERT_EQ(tissue.output.position_corrections.size(), 2U);
+    for (const PositionCorrection& position_correction : tissue.output.position_corrections) {
+        Vector3 on_the_face = tissue.frame.position.col(position_correction.vertex);
         on_the_face.z() = 0.0;
-        EXPECT_LT((placement.position - on_the_face).norm(), 1e-12) << placement.vertex;
+        EXPECT_LT((position_correction.position - on_the_face).norm(), 1e-12) << position_correction.vertex;
     }
-    EXPECT_NE(tissue.effect.placements[0].vertex, tissue.effect.placements[1].vertex);
+    EXPECT_NE(tissue.output.position_corrections[0].vertex, tissue.output.position_corrections[1].vertex);
 }
 
 }  // namespace

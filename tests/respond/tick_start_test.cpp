@@ -32,7 +32,7 @@ PairSample pressed() {
 double load(PairSample& s, const std::string& method) {
     s.step(method);
     EXPECT_TRUE(s.outcome.ok()) << s.outcome.message;
-    return (s.load[0].force + s.effect.wrench[0].force).z();
+    return (s.load[0].force + s.output.wrench[0].force).z();
 }
 
 TEST(TickStart, SpringsOfEveryResponseEndTheTickWhereTheScriptDoes) {
@@ -41,8 +41,8 @@ TEST(TickStart, SpringsOfEveryResponseEndTheTickWhereTheScriptDoes) {
         PairSample s = pressed();
         // Four sub-steps by backward Euler: the mean of 1.35, 1.4, 1.45 and 1.5 mm.
         EXPECT_NEAR(load(s, method), k * (deep - 1.5 * speed * dt / 4.0), 1e-9) << method;
-        ASSERT_EQ(s.effect.contacts.size(), 1U) << method;
-        EXPECT_NEAR(s.effect.contacts[0].gap, -deep + speed * dt, 1e-15) << method;
+        ASSERT_EQ(s.output.contacts.size(), 1U) << method;
+        EXPECT_NEAR(s.output.contacts[0].gap, -deep + speed * dt, 1e-15) << method;
         EXPECT_NEAR(s.shown_force(0).z(), k * deep, 1e-9) << method << ": at the frame";
     }
 }
@@ -51,10 +51,10 @@ TEST(TickStart, WhatHandsMovedIsNotTheScripts) {
     // The same motion as the end of a hand's last tick: at the start of this one the tool is where the frame has it.
     for (const std::string method : {"penalty:k=1000,mu=0", "thesis:k=1000,mu=0,n_back=0"}) {
         PairSample s = pressed();
-        s.frame.hand_motion = {Vector3(0.0, 0.0, -speed * dt), Vector3::Zero()};
+        s.frame.operator_motion = {Vector3(0.0, 0.0, -speed * dt), Vector3::Zero()};
         s.respond(method);
-        ASSERT_EQ(s.effect.contacts.size(), 1U) << method;
-        EXPECT_NEAR(s.effect.contacts[0].gap, -deep, 1e-15) << method;
+        ASSERT_EQ(s.output.contacts.size(), 1U) << method;
+        EXPECT_NEAR(s.output.contacts[0].gap, -deep, 1e-15) << method;
     }
 }
 

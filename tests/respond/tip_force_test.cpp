@@ -96,7 +96,7 @@ TEST(TipDisplay, RateLimitFilterAndRampFollowTheirClosedFormsAtEveryTick) {
 
 /// The point of a needle, held by an operator off the trocar's axis, 1 mm below the top of a rigid block.
 std::string needle_text() {
-    return R"({"format":"trocar-scene-1","name":"needle","unit":"m","dt":0.001,"ticks":10,"seed":1,"bodies":[
+    return R"({"format":"trocar-scene-2","name":"needle","unit":"m","dt":0.001,"ticks":10,"seed":1,"bodies":[
       {"name":"block","kind":"rigid","closed":true,"parts":[{"shape":"box","size":[0.1,0.1,0.02],"edge":0.01}],
        "pose":[0,0,-0.01,0,0,0]},
       {"name":"tool","kind":"instrument","closed":true,"trocar":[0.02,0,0.1],"tip":[0,0,0.01],
@@ -109,7 +109,7 @@ StepRow first_row(const std::string& method, const char* device = "") {
     const Scene scene = test::scene_from_text(needle_text());
     const MethodSpec spec = parse_method(method);
     Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                          registry().source("canonical"), {.device = read_device(device)});
+                          registry().contact_generator("intersection"), {.device = read_device(device)});
     return simulation.step();
 }
 
@@ -153,7 +153,7 @@ TEST(TipRows, TheRuleIsTheDevicesWhateverTheResponse) {
     const Vector3 pivot(0.02, 0.0, 0.1);
     const Vector3 point(0.011, 0.017, -0.001);
     const Vector3 tip = point + Vector3(0.0, 0.0, 0.01);
-    for (const char* method : {"thesis", "penalty", "hold"}) {
+    for (const char* method : {"thesis", "penalty", "unilateral"}) {
         const StepRow row = first_row(method);
         ASSERT_GT(row.tool_force.z(), 1.0) << method;
         const Wrench about_tip{.force = row.tool_force, .moment = row.tool_moment};

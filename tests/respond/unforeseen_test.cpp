@@ -1,4 +1,4 @@
-// Ways of touching tissue that no shipped scene has: `hold` keeps to 0.1 mm in every tick or names a
+// Ways of touching tissue that no shipped scene has: `unilateral` keeps to 0.1 mm in every tick or names a
 // rupture, and never answers with a force that no tissue could give.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ struct Course {
     double last_depth = 0.0;   ///< m
     double force = 0.0;        ///< N, largest on the tool
     std::int64_t ruptures = 0;
-    int deep_untold = 0;  ///< most ticks in a row deeper than `clear` before the first rupture
+    int deep_unreported = 0;  ///< most ticks in a row deeper than `clear` before the first rupture
 };
 
 /// Body 0 is the tool.
@@ -43,18 +43,18 @@ Course run(ClosedLoop& loop, int ticks) {
             ADD_FAILURE() << "tick " << tick << ": " << loop.outcome.message;
             break;
         }
-        course.last_depth = truth.measure(loop.frame).max_depth;
+        course.last_depth = truth.measure(loop.frame).residual_penetration;
         course.worst_depth = std::max(course.worst_depth, course.last_depth);
         course.force = std::max(course.force, loop.tool_force(0).norm());
         course.ruptures += loop.ruptures;
         deep = course.last_depth > clear && course.ruptures == 0 ? deep + 1 : 0;
-        course.deep_untold = std::max(course.deep_untold, deep);
+        course.deep_unreported = std::max(course.deep_unreported, deep);
     }
     return course;
 }
 
 ClosedLoop loop_of(const Mesh& tool, std::function<Vector3(double)> offset, const Mesh& sheet,
-                   const std::string& method = "hold") {
+                   const std::string& method = "unilateral") {
     return ClosedLoop(
         {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = tool, .offset = std::move(offset)},
          LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
@@ -97,7 +97,7 @@ TEST(HoldOpenTool, BladeThatCutsDownIntoASheetIsHeldUpAndNotPushedAside) {
                          return Vector3(0.0013, 0.0007, 0.001 - 0.05 * std::min({t, 0.08, std::max(0.0, 0.3 - t)}));
                      }},
              LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(12, 0.005)}},
-            "hold");
+            "unilateral");
         double aside = 0.0;
         double up = 0.0;
         for (int tick = 0; tick < 300; ++tick) {
@@ -121,7 +121,7 @@ double drag_share(double friction) {
         const double down = 0.03 * std::min(t, press_until);
         return Vector3(-0.003 + 0.02 * std::max(0.0, t - press_until), 0.0013, 0.0022 - down);
     };
-    ClosedLoop loop = loop_of(bar, offset, make_sheet(8, 0.01), fmt::format("hold:friction={}", friction));
+    ClosedLoop loop = loop_of(bar, offset, make_sheet(8, 0.01), fmt::format("unilateral:friction={}", friction));
     double along = 0.0;
     double across = 0.0;
     for (int tick = 0; tick < 400; ++tick) {
@@ -136,7 +136,7 @@ double drag_share(double friction) {
 
 /// A needle stuck through the plane of a sheet and dragged along it, by the scene of a stranger.
 constexpr const char* dragged_needle =
-    R"({"format":"trocar-scene-1","name":"dragged_needle","unit":"m","dt":0.001,"ticks":597,"seed":1,"bodies":[
+    R"({"format":"trocar-scene-2","name":"dragged_needle","unit":"m","dt":0.001,"ticks":597,"seed":1,"bodies":[
       {"name":"sheet","kind":"tissue","closed":false,"side":"front",
        "parts":[{"shape":"sheet","size":[0.1,0.1],"edge":0.0025}],"tissue":{"pinned":"rim"}},
       {"name":"needle","kind":"instrument","closed":true,"trocar":[-0.000376,0.002033,0.2],
@@ -148,15 +148,15 @@ constexpr const char* dragged_needle =
 TEST(HoldFold, NeedleDraggedWithItsPointInAPocketIsNotFoldedOver) {
     // The point stays in the bottom of its pocket while the wall ahead is drawn back over the cone: it folds at an edge
     // between the cone's own vertices.
-    const Record record = test::run_scene_with(test::scene_from_text(dragged_needle), "hold");
+    const Record record = test::run_scene_with(test::scene_from_text(dragged_needle), "unilateral");
     EXPECT_EQ(record.summary.at("ruptures"), 0.0);
-    EXPECT_LE(record.summary.at("residual_max_m"), clear);
+    EXPECT_LE(record.summary.at("residual_penetration_max_m"), clear);
     EXPECT_GT(record.summary.at("force_max_n"), 0.3);
 }
 
 /// A shaft pressed 4.8 mm into a sheet, where it then stands still for 0.67 s.
 constexpr const char* resting_shaft =
-    R"({"format":"trocar-scene-1","name":"resting_shaft","unit":"m","dt":0.001,"ticks":700,"seed":1,"bodies":[
+    R"({"format":"trocar-scene-2","name":"resting_shaft","unit":"m","dt":0.001,"ticks":700,"seed":1,"bodies":[
       {"name":"sheet","kind":"tissue","closed":false,"side":"front",
        "parts":[{"shape":"sheet","size":[0.1,0.1],"edge":0.0035}],"tissue":{"pinned":"rim"}},
       {"name":"shaft","kind":"instrument","closed":true,"trocar":[0.003494203558375027,-0.0024876330048711247,0.2],
@@ -168,9 +168,9 @@ constexpr const char* resting_shaft =
 TEST(HoldPress, SheetUnderAToolThatStandsStillComesToRest) {
     // The triangle under the middle of the shaft's end tilts while it slides there. It swung ever wider, 0.15 mm of the
     // end left inside, though nothing does work on the tissue any more and its springs are damped.
-    const Record record = test::run_scene_with(test::scene_from_text(resting_shaft), "hold");
+    const Record record = test::run_scene_with(test::scene_from_text(resting_shaft), "unilateral");
     EXPECT_EQ(record.summary.at("ruptures"), 0.0);
-    EXPECT_LE(record.summary.at("residual_settled_m"), clear);
+    EXPECT_LE(record.summary.at("residual_penetration_settled_m"), clear);
     EXPECT_GT(record.summary.at("force_max_n"), 0.3);
 }
 
@@ -187,7 +187,7 @@ TEST(HoldFriction, BarDrawnAlongTheEdgeThatItLiesOnRubsByCoulombsLaw) {
 double strength(double radius, double edge) { return 38000.0 * 0.003 * (0.2 + 1.0) * 6.2832 * (radius + edge); }
 
 TEST(HoldRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueCanPress) {
-    test::expect_known_gap("no rupture is told and up to 12 N press at a pinned rim", [] {
+    test::expect_known_gap("no rupture is reported and up to 12 N press at a pinned rim", [] {
         // Pins hold the rim at x = 30 mm where the tool must pass: dragged out over it, pressed on it, dragged in from
         // beyond it, all 3 mm below the sheet's plane.
         struct Way {
@@ -199,17 +199,17 @@ TEST(HoldRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueCanPres
         const auto drag = [](double from, double to, double t) {
             return from + (to - from) * std::clamp((t - 0.1) / 0.5, 0.0, 1.0);
         };
-        const Way ways[] = {
+        const Way paths[] = {
             {"out", [&](double t) { return Vector3(drag(0.015, 0.045, t), 0.0007, std::max(0.005 - 0.1 * t, down)); },
              600},
             {"on it", [&](double t) { return Vector3(0.0302, 0.0007, std::max(0.005 - 0.05 * t, down)); }, 160},
             {"in", [&](double t) { return Vector3(drag(0.05, 0.02, t), 0.0007, down); }, 600}};
-        for (const Way& way : ways) {
-            ClosedLoop loop = loop_of(make_shaft(0.004, 0.05, 10, 0.003), way.offset, make_sheet(12, 0.005));
-            const Course course = run(loop, way.last_key + 200);
-            EXPECT_GT(course.ruptures, 0) << way.name;
-            EXPECT_LE(course.deep_untold, 100) << way.name;
-            EXPECT_LE(course.force, strength(0.004, 0.005)) << way.name;
+        for (const Way& path : paths) {
+            ClosedLoop loop = loop_of(make_shaft(0.004, 0.05, 10, 0.003), path.offset, make_sheet(12, 0.005));
+            const Course course = run(loop, path.last_key + 200);
+            EXPECT_GT(course.ruptures, 0) << path.name;
+            EXPECT_LE(course.deep_unreported, 100) << path.name;
+            EXPECT_LE(course.force, strength(0.004, 0.005)) << path.name;
         }
     });
 }

@@ -140,7 +140,8 @@ TEST(HardCases, ACaseOfNoKindOrOfTwoIsBadInput) {
               std::string::npos);
     EXPECT_NE(complaint(R"({"of":"x","reason":"y","scene":"c.json","at_most":{"speed":1}})").find("/at_most/speed"),
               std::string::npos);
-    EXPECT_EQ(complaint(R"({"of":"x","reason":"y","scene":"c.json","at_most":{"residual_max_m":1}})"), "none");
+    EXPECT_EQ(complaint(R"({"of":"x","reason":"y","scene":"c.json","at_most":{"residual_penetration_max_m":1}})"),
+              "none");
 }
 
 }  // namespace

@@ -59,7 +59,7 @@ TEST_F(RecordedContacts, LinesPutTogetherByHandAreRead) {
                       2));
     ASSERT_TRUE(reader.has_contacts());
     const std::vector<RecordedTick> ticks = reader.contacts();
-    ASSERT_EQ(ticks.size(), 2U) << "nothing is told of frame 1";
+    ASSERT_EQ(ticks.size(), 2U) << "nothing is reported frame 1";
     EXPECT_EQ(ticks[0].tick, 0);
     const RecordedContact& first = ticks[0].contacts.at(0);
     EXPECT_EQ(first.a, 0);
@@ -70,7 +70,7 @@ TEST_F(RecordedContacts, LinesPutTogetherByHandAreRead) {
     EXPECT_EQ(ticks[1].tick, 2);
     ASSERT_EQ(ticks[1].contacts.size(), 2U) << "a pair may have several";
     EXPECT_EQ(ticks[1].contacts[0].a, 0);
-    EXPECT_EQ(ticks[1].contacts[0].normal, Vector3(-1.0, 0.0, 0.0)) << "told from b to a";
+    EXPECT_EQ(ticks[1].contacts[0].normal, Vector3(-1.0, 0.0, 0.0)) << "reported from b to a";
     EXPECT_TRUE(ticks[1].contacts[0].point.array().isNaN().all());
     EXPECT_TRUE(std::isnan(ticks[1].contacts[1].depth));
     Frame frame;
@@ -186,13 +186,14 @@ TEST_F(RecordedContacts, TheWriterRefusesWhatTheReaderWould) {
         return std::string();
     };
     const Vector3 up{0.0, 0.0, 1.0};
-    const Vector3 none = Vector3::Constant(RecordedContact::untold);
+    const Vector3 none = Vector3::Constant(RecordedContact::unreported);
     const double infinite = std::numeric_limits<double>::infinity();
     const std::vector<std::pair<RecordedContact, const char*>> cases{
         {{.a = 0, .b = 2}, "frame 0: contact 1: expected a triangle number below 2, got 2"},
         {{.a = -1, .b = 1}, "expected a triangle number below 2, got -1"},
         {{.a = 1, .b = 1}, "expected two bodies that are tested against each other (body_pairs), got 'b' and 'b'"},
-        {{.a = 0, .b = 1, .point = {0.0, RecordedContact::untold, 0.0}}, "expected a point of three finite numbers"},
+        {{.a = 0, .b = 1, .point = {0.0, RecordedContact::unreported, 0.0}},
+         "expected a point of three finite numbers"},
         {{.a = 0, .b = 1, .point = {0.0, infinite, 0.0}}, "expected a point of three finite numbers"},
         {{.a = 0, .b = 1, .point = none, .normal = 1.001 * up}, "expected a normal of length 1, to 1e-6, got 1.001"},
         {{.a = 0, .b = 1, .point = none, .normal = up, .depth = infinite}, "expected a finite depth"},

@@ -88,8 +88,8 @@ TEST_F(RecordingFile, EveryTriangleOfABodyHasItsOwnCornersAndItsPlaceInTheFile) 
     ASSERT_EQ(topology.triangle_count(), 5);
     for (Index t = 0; t < 5; ++t) {
         for (Index corner = 0; corner < 3; ++corner) {
-            const auto told = static_cast<Index>(text.triangles[static_cast<std::size_t>(3 * t + corner)]);
-            EXPECT_EQ(topology.triangles(corner, t), told) << t;
+            const auto reported = static_cast<Index>(text.triangles[static_cast<std::size_t>(3 * t + corner)]);
+            EXPECT_EQ(topology.triangles(corner, t), reported) << t;
         }
     }
     // 16 bytes of beginning, the header as text, 4 bytes a corner.
@@ -149,7 +149,7 @@ TEST_F(RecordingFile, BadHeadersAreNamed) {
         {[](RecordingText& t) { t.header["vertices"] = 7; },
          "header: /bodies: expected every one of the 7 vertices in one body, got vertices 6 in none"},
         {[](RecordingText& t) { t.header["triangles"] = 3; }, "header: /bodies: expected every one of the 3 triangles"},
-        {[](RecordingText& t) { t.header["extra"] = 1; }, "header: /extra: expected one of format"},
+        {[](RecordingText& t) { t.header["false_positives"] = 1; }, "header: /extra: expected one of format"},
         {[](RecordingText& t) { t.header.erase("dt"); }, "header: /: expected the key 'dt', got none"},
         {[](RecordingText& t) { t.header["bodies"][0]["kind"] = "fluid"; },
          "header: /bodies/0/kind: expected one of instrument, rigid, tissue"},

@@ -22,7 +22,7 @@ using Pointer = Json::json_pointer;
 
 /// The example of DESIGN §10 with a shape in place of the mesh file.
 Json example() {
-    return Json::parse(R"({"format":"trocar-scene-1","name":"example","unit":"m","dt":0.001,"ticks":500,"seed":1,
+    return Json::parse(R"({"format":"trocar-scene-2","name":"example","unit":"m","dt":0.001,"ticks":500,"seed":1,
  "bodies":[
   {"name":"sheet","kind":"tissue","closed":false,
    "parts":[{"shape":"sheet","size":[0.1,0.1],"edge":0.005}],
@@ -166,7 +166,7 @@ TEST_F(SceneFile, UnitScalesEveryLength) {
 }
 
 TEST_F(SceneFile, PartPoseComesBeforeBodyPose) {
-    const Scene scene = read(Json::parse(R"({"format":"trocar-scene-1","name":"n","ticks":1,"bodies":[{"name":"a",
+    const Scene scene = read(Json::parse(R"({"format":"trocar-scene-2","name":"n","ticks":1,"bodies":[{"name":"a",
         "kind":"rigid","pose":[0,0,1,0,0,90],"parts":[{"shape":"triangle","corners":[[1,0,0],[2,0,0],[1,1,0]],
         "scale":2,"pose":[1,0,0,90,0,0]}]}]})"));
     // (1,1,0) · 2 = (2,2,0); about x: (2,0,2); + (1,0,0): (3,0,2); about z: (0,3,2); + (0,0,1): (0,3,3).
@@ -178,7 +178,7 @@ TEST_F(SceneFile, PartPoseComesBeforeBodyPose) {
 
 TEST_F(SceneFile, JawsSwingAboutTheHingeInOppositeDirections) {
     Json document =
-        Json::parse(R"({"format":"trocar-scene-1","name":"n","ticks":1,"bodies":[{"name":"a","kind":"instrument",
+        Json::parse(R"({"format":"trocar-scene-2","name":"n","ticks":1,"bodies":[{"name":"a","kind":"instrument",
         "hinge":{"point":[0,0,1],"axis":[2,0,0],"angle":90},
         "parts":[{"shape":"triangle","corners":[[0,0,1],[1,0,1],[0,0,3]],"jaw":"left"},
                  {"shape":"triangle","corners":[[0,0,1],[1,0,1],[0,0,3]],"jaw":"right"},
@@ -205,7 +205,7 @@ TEST_F(SceneFile, VertexNumbersPinThoseVertices) {
     }
 }
 
-TEST_F(SceneFile, HashTellsContentAndNothingElse) {
+TEST_F(SceneFile, HashReportsContentAndNothingElse) {
     const std::uint64_t hash = read(example()).hash;
     EXPECT_EQ(read(example()).hash, hash);
     Json renamed = example();
@@ -279,7 +279,7 @@ struct BadValue {
 
 TEST_F(SceneFile, BadValuesAreNamedWithPointerExpectationAndFinding) {
     const std::vector<BadValue> cases{
-        {"/format", "trocar-scene-2", "/format: expected trocar-scene-1, got \"trocar-scene-2\""},
+        {"/format", "trocar-scene-2", "/format: expected trocar-scene-2, got \"trocar-scene-2\""},
         {"/name", 3, "/name: expected a text, got 3"},
         {"/unit", "inch", "/unit: expected one of m, mm, cm, got \"inch\""},
         {"/dt", 0, "/dt: expected a number > 0, got 0"},
@@ -377,7 +377,7 @@ TEST_F(SceneFile, MissingKeysAreNamed) {
 }
 
 TEST_F(SceneFile, SyntaxErrorsHaveLineAndColumn) {
-    EXPECT_EQ(complaint_about("{\"format\": \"trocar-scene-1\",\n  \"dt\": 0.001,,}").substr(0, 17),
+    EXPECT_EQ(complaint_about("{\"format\": \"trocar-scene-2\",\n  \"dt\": 0.001,,}").substr(0, 17),
               "line 2, column 15");
     EXPECT_NE(complaint_about("").find("the end of the file"), std::string::npos);
     EXPECT_NE(complaint_about("{\"dt\": 1").find("the end of the file"), std::string::npos);
@@ -392,7 +392,7 @@ TEST_F(SceneFile, SyntaxErrorsHaveLineAndColumn) {
               "expected every key once in an object, got the key 'dt' twice");
 }
 
-TEST_F(SceneFile, MissingMeshAndMissingDataAreTold) {
+TEST_F(SceneFile, MissingMeshAndMissingDataAreReported) {
     Json document = example();
     document[Pointer("/bodies/1/parts/0")] = {{"mesh", "shaft.stl"}};
     EXPECT_EQ(complaint_about(document.dump()).substr(0, 66),
@@ -487,7 +487,7 @@ Faces turned(Faces faces) {
     return faces;
 }
 
-TEST_F(SceneFile, TissueVerticesWithoutMassAreTold) {
+TEST_F(SceneFile, TissueVerticesWithoutMassAreReported) {
     // A square of two triangles; a vertex that nothing uses; and one that only a triangle without area has.
     const std::string square = "v 0 0 0\nv .05 0 0\nv .05 .05 0\nv 0 .05 0\nf 1 2 3\nf 1 3 4\n";
     Json document = example();

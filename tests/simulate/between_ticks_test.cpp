@@ -1,4 +1,4 @@
-// The speed sweep as a whole: which passes a detector that looks at frames misses follows from the script alone, and
+// The speed sweep as a whole: which passes a detector that examines frames misses follows from the script alone, and
 // which it sees is counted from truth that no detector takes part in.
 #include <gtest/gtest.h>
 
@@ -29,12 +29,12 @@ std::vector<Pass> passes_of(const Scene& scene, double thickness) {
         if (!body.motion) continue;
         const std::vector<MotionKey>& keys = body.motion->keys;
         for (std::size_t k = 0; k + 1 < keys.size(); ++k) {
-            const double way = std::abs(keys[k + 1].translation.z() - keys[k].translation.z());
-            if (way == 0.0) continue;
+            const double path = std::abs(keys[k + 1].translation.z() - keys[k].translation.z());
+            if (path == 0.0) continue;
             const double span = keys[k + 1].time - keys[k].time;
             const double middle = keys[k].time + 0.5 * span;
-            const double half = 0.5 * thickness * span / way;
-            passes.push_back({middle - half, middle + half, way / span});
+            const double half = 0.5 * thickness * span / path;
+            passes.push_back({middle - half, middle + half, path / span});
         }
     }
     return passes;
@@ -76,7 +76,7 @@ TEST_P(SpeedSweep, PassesAreTheOnesOfTheScriptAndTheMissedOnesFallBetweenFrames)
     }
     EXPECT_EQ(record.summary.at("contact_events_missed"), static_cast<double>(missed));
     EXPECT_GT(missed, 30U);
-    EXPECT_GT(record.summary.at("missing_swept"), 0.0);
+    EXPECT_GT(record.summary.at("swept_false_negatives"), 0.0);
 }
 
 TEST(SpeedSweepFast, ContinuousTestMissesNone) {
@@ -88,8 +88,8 @@ TEST(SpeedSweepFast, ContinuousTestMissesNone) {
         const Record record = replay_of(scene, entry.name + ":swept=on");
         ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
         EXPECT_EQ(record.summary.at("contact_events_missed"), 0.0) << entry.name;
-        EXPECT_EQ(record.summary.at("missing_swept"), 0.0) << entry.name;
-        EXPECT_EQ(record.summary.at("extra_swept"), 0.0) << entry.name;
+        EXPECT_EQ(record.summary.at("swept_false_negatives"), 0.0) << entry.name;
+        EXPECT_EQ(record.summary.at("swept_false_positives"), 0.0) << entry.name;
         EXPECT_EQ(record.summary.at("swept_time_error_max"), 0.0) << entry.name;
     }
 }

@@ -30,14 +30,14 @@ struct Watched {
     Outcome outcome;
     std::int64_t ticks = 0;
     double most_force = 0.0;   ///< N
-    double most_strain = 0.0;  ///< geometry's, not what the stepper tells
+    double most_strain = 0.0;  ///< geometry's, not what the stepper reports
     double created = 0.0;      ///< J, from nowhere
 };
 
 Watched run_watched(const Scene& scene, const std::string& response, std::int64_t ticks, bool watched) {
     const MethodSpec spec = parse_method(response);
     // Contacts of meeting triangles where the response reads them: they come late, and let go all at once.
-    const SourceEntry& source = registry().source(test::meeting_triangles_or_own(spec));
+    const ContactGeneratorEntry& source = registry().contact_generator(test::meeting_triangles_or_own(spec));
     Simulation simulation(scene, make_detector("ohc_clustered"), make_response(spec.name, spec.parameters), source,
                           {.watched = watched});
     test::CreatedEnergy created(scene);
@@ -177,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(
     Cases, BlowsUp,
     testing::Values(
         BlowUpCase{"held_over_the_tick", [] { return poke(usual_k, usual_modulus); },
-                   "thesis:profile=faithful,contacts=hold", "energy from nothing"},
+                   "thesis:profile=faithful,contacts=zero_order_hold", "energy from nothing"},
         BlowUpCase{"stiff_contact_faithful", [] { return poke(1e9, usual_modulus); }, "thesis:profile=faithful",
                    "strain of"},
         BlowUpCase{"stiff_contact_ode", [] { return poke(1e9, usual_modulus); }, "ode_joints", "energy from nothing"},
@@ -185,11 +185,12 @@ INSTANTIATE_TEST_SUITE_P(
         BlowUpCase{"stiff_tissue_xpbd", [] { return poke(usual_k, 38e6); }, "xpbd_contact", "energy from nothing"},
         BlowUpCase{"micron_edge_corrected", micron_edge, "thesis:profile=corrected", "energy from nothing"},
         BlowUpCase{"micron_edge_reflection", micron_edge, "reflection", "energy from nothing"},
-        BlowUpCase{"large_grasp_held_over_the_tick", large_grasp, "thesis:profile=faithful,contacts=hold", "can carry"},
+        BlowUpCase{"large_grasp_held_over_the_tick", large_grasp, "thesis:profile=faithful,contacts=zero_order_hold",
+                   "can carry"},
         BlowUpCase{"crossed_upright", [] { return crossed_sheets(90.0); }, "reflection", "can carry"}),
     [](const auto& one) { return one.param.name; });
 
-/// The first 600 ticks of every shipped scene with tissue, `hold` as it is by default.
+/// The first 600 ticks of every shipped scene with tissue, `unilateral` as it is by default.
 TEST(BlowUp, ShippedScenesAreNoneUnderHold) {
     const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
     int asked = 0;
@@ -197,7 +198,7 @@ TEST(BlowUp, ShippedScenesAreNoneUnderHold) {
         if (entry.path().extension() != ".json" || lacks_data(entry.path(), std::nullopt)) continue;
         const Scene scene = read_scene(entry.path(), std::nullopt);
         if (!scene.has_tissue()) continue;
-        const Watched held = run_watched(scene, "hold", std::min<std::int64_t>(scene.ticks, 600), true);
+        const Watched held = run_watched(scene, "unilateral", std::min<std::int64_t>(scene.ticks, 600), true);
         EXPECT_TRUE(held.outcome.ok()) << scene.name << ": " << held.outcome.message;
         ++asked;
     }
@@ -209,7 +210,7 @@ TEST(BlowUp, WhatHoldsIsLeftAlone) {
     for (const auto& scene : {poke(1e9, usual_modulus), poke(usual_k, 38e6), micron_edge(), large_grasp(),
                               test::scene_from_text(shipped("i2t_deep_start").dump()),
                               test::scene_from_text(shipped("i2t_deep_sheet").dump())}) {
-        const Watched held = run_watched(scene, "hold", scene.ticks, true);
+        const Watched held = run_watched(scene, "unilateral", scene.ticks, true);
         EXPECT_TRUE(held.outcome.ok()) << scene.name << ": " << held.outcome.message;
     }
 }
@@ -219,9 +220,9 @@ TEST(BlowUp, WhatHoldsIsLeftAlone) {
 TEST(BlowUp, WhatIsShownLateIsNoEnergyFromNothing) {
     const Scene scene = read_scene(
         std::filesystem::path(TROCAR_SOURCE_DIR) / "bench/studies/scenes/size/size_organ_12k.json", std::nullopt);
-    Simulation simulation(scene, make_detector("ohc_clustered"), make_response("hold"),
-                          registry().source(default_source(parse_method("hold"))),
-                          {.stepper = parse_method("regional"), .watched = true});
+    Simulation simulation(scene, make_detector("ohc_clustered"), make_response("unilateral"),
+                          registry().contact_generator(default_contact_generator(parse_method("unilateral"))),
+                          {.stepper = parse_method("adaptive_multires"), .watched = true});
     const double start = potential_energy(scene.materials, scene.first.position);
     const auto gain = [&](const Frame& frame) { return potential_energy(scene.materials, frame.position) - start; };
     double shown = 0.0;
@@ -241,8 +242,8 @@ struct TwoSprings {
     Frame seen;
     Frame after;
     ContactSet contacts;
-    Effect effect;
-    std::vector<ContactLoad> loads;
+    ResponseOutput output;
+    std::vector<ContactForce> loads;
     std::vector<Wrench> reaction;
 
     TwoSprings() {
@@ -264,17 +265,17 @@ struct TwoSprings {
         seen.position.row(0) << 0.0, 0.0, 0.01, 0.03;
         seen.previous = seen.position;
         after = seen;
-        effect.resize(4, 2);
+        output.resize(4, 2);
         reaction.resize(2);
     }
-    void tool_has_come(double way) { seen.previous(1, 0) = seen.position(1, 0) - way; }
+    void tool_has_come(double path) { seen.previous(1, 0) = seen.position(1, 0) - path; }
     void stretch(double first, double second) {
         after.position(0, 2) = 0.01 * (1.0 + first);
         after.position(0, 3) = after.position(0, 2) + 0.02 * (1.0 + second);
     }
     [[nodiscard]] Outcome judged() const {
-        const Books nothing_done(scene);
-        return BlowUp(scene).judge(seen, after, contacts, effect, loads, reaction, nothing_done);
+        const EnergyMomentumAudit nothing_done(scene);
+        return BlowUp(scene).judge(seen, after, contacts, output, loads, reaction, nothing_done);
     }
 };
 
@@ -283,19 +284,19 @@ TEST(BlowUp, AToolBearsNoMoreThanAllSpringsCarryAndTheTissuesMassIsBrought) {
     // 10 g that in a tick of 1 ms get the way of the tool.
     const double endless = std::numeric_limits<double>::infinity();
     for (const auto& [limit, carried] : {std::pair{0.5, 6.8}, {1.0, 6.8}, {2.0, 12.8}, {3.5, 18.8}, {endless, 18.8}}) {
-        for (const double way : {0.0, 1e-4, 3e-4}) {
+        for (const double path : {0.0, 1e-4, 3e-4}) {
             TwoSprings given;
             given.scene.materials.strain_limit = limit;
-            given.tool_has_come(way);
+            given.tool_has_come(path);
             given.reaction[1].force = Vector3(0.0, 0.0, 1e6);  // no tool
-            const double most = carried + 0.01 * way / 1e-6;
+            const double most = carried + 0.01 * path / 1e-6;
             for (const double factor : {0.999, 1.001}) {
                 for (const double share : {1.0, 0.25}) {  // by tissue, and by what the response says beside it
                     const Vector3 force = factor * most * Vector3(0.6, 0.0, -0.8);
                     given.reaction[0].force = share * force;
-                    given.effect.wrench[0].force = (1.0 - share) * force;
+                    given.output.wrench[0].force = (1.0 - share) * force;
                     const Outcome outcome = given.judged();
-                    EXPECT_EQ(outcome.ok(), factor < 1.0) << limit << ' ' << way << ": " << outcome.message;
+                    EXPECT_EQ(outcome.ok(), factor < 1.0) << limit << ' ' << path << ": " << outcome.message;
                     EXPECT_EQ(outcome.message.find("can carry") != std::string::npos, factor > 1.0);
                 }
             }
@@ -324,11 +325,11 @@ TEST(BlowUp, AnEdgeIsStretchedNoFurtherThanItsLimitAndTheWayOfWhatIsLed) {
             given.contacts.contacts = {Contact{}, deepest};
             given.loads.resize(1);
             if (touched) given.loads[0].force = Vector3(0.0, 0.0, 1e-3);
-            const double way = touched ? 0.0075 : 0.003;
+            const double path = touched ? 0.0075 : 0.003;
             for (const double factor : {0.999, 1.001}) {
-                given.stretch(factor * (strain + way / 0.015), 0.0);
+                given.stretch(factor * (strain + path / 0.015), 0.0);
                 EXPECT_EQ(given.judged().ok(), factor < 1.0) << limit << ' ' << touched;
-                given.stretch(0.0, factor * (strain + way / 0.02));
+                given.stretch(0.0, factor * (strain + path / 0.02));
                 const Outcome outcome = given.judged();
                 EXPECT_EQ(outcome.ok(), factor < 1.0) << limit << ' ' << touched;
                 EXPECT_EQ(outcome.message.find("strain of") != std::string::npos, factor > 1.0) << outcome.message;
@@ -342,12 +343,12 @@ TEST(BlowUp, WatchingChangesNothing) {
     const Scene scene = test::scene_from_text(test::poke_text());
     std::array<std::uint64_t, 2> hash{};
     for (const bool watched : {false, true}) {
-        Simulation simulation(scene, make_detector("ohc"), make_response("penalty"), registry().source("canonical"),
-                              {.watched = watched});
+        Simulation simulation(scene, make_detector("ohc"), make_response("penalty"),
+                              registry().contact_generator("intersection"), {.watched = watched});
         for (int tick = 0; tick < 60; ++tick) simulation.step();
         ASSERT_TRUE(simulation.outcome().ok());
         hash.at(watched ? 1 : 0) = simulation.frame().hash();
-        EXPECT_EQ(simulation.book_figures().empty(), !watched);
+        EXPECT_EQ(simulation.audit_figures().empty(), !watched);
     }
     EXPECT_EQ(hash[0], hash[1]);
 }

@@ -1,6 +1,6 @@
-// Every response on every shipped scene with every contact source that it takes: no crash, no number that is none, and
-// an outcome that has a name. Scripts are sped up so that all of a scene happens in few ticks, which is harder than the
-// scene itself.
+// Every response on every shipped scene with every contact generator that it takes: no crash, no number that is none,
+// and an outcome that has a name. Scripts are sped up so that all of a scene happens in few ticks, which is harder than
+// the scene itself.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -72,7 +72,7 @@ TEST_P(EveryResponse, EndsEveryTickWithANamedOutcome) {
         if (!body.motion) continue;
         for (MotionKey& key : body.motion->keys) key.time /= faster;
     }
-    for (const SourceEntry& source : registry().sources()) {
+    for (const ContactGeneratorEntry& source : registry().contact_generators()) {
         const std::string detector = source.wants_native ? native_detector() : "ohc";
         if (detector.empty()) continue;
         for (const std::string& method : responses()) {
@@ -81,9 +81,10 @@ TEST_P(EveryResponse, EndsEveryTickWithANamedOutcome) {
             const std::string name = method + " on contacts " + source.name;
             // What jitters beyond its scripts' work is another test's.
             Simulation simulation(scene, make_detector(detector), make_response(spec.name, spec.parameters), source,
-                                  {.watched = spec.name == "hold"});
+                                  {.watched = spec.name == "unilateral"});
             std::int64_t contacts = 0;
-            // Tissue that goes further than a reach can cover has blown up; the rest of the run only takes long.
+            // Tissue that goes further than a query distance can cover has blown up; the rest of the run only takes
+            // long.
             constexpr int most_cut = 20;
             int cut = 0;
             for (int tick = 0; tick < ticks; ++tick) {
@@ -91,7 +92,8 @@ TEST_P(EveryResponse, EndsEveryTickWithANamedOutcome) {
                 // What is held before it crosses shows as force alone.
                 constexpr double no_force = 1e-6;  // N, rounding of a hand's free motion
                 const std::vector<Contact>& all = simulation.contacts().contacts;
-                // Features within reach are not yet contact; contacts of meeting triangles without a gap are.
+                // Features within the query distance are not yet contact; contacts of meeting triangles without a gap
+                // are.
                 contacts += std::count_if(all.begin(), all.end(), [](const Contact& c) { return !(c.gap > 0.0); });
                 contacts += row.tool_force.norm() > no_force ? 1 : 0;
                 if (!simulation.outcome().ok() || (row.truncated && ++cut == most_cut)) break;
@@ -101,15 +103,15 @@ TEST_P(EveryResponse, EndsEveryTickWithANamedOutcome) {
             // The thesis' damper as printed feeds energy: it may blow up, by name.
             const bool may_blow_up = method.find("printed") != std::string::npos || cut > 0;
             // ODE's solver stops at an assertion of its own where contacts of tissue that swings depend on each other.
-            const bool asserts = spec.name == "ode_joints" && source.wants_reach;
+            const bool asserts = spec.name == "ode_joints" && source.wants_query_distance;
             EXPECT_TRUE(simulation.outcome().ok() || (asserts && simulation.outcome().kind == OutcomeKind::threw) ||
                         (may_blow_up && simulation.outcome().kind == OutcomeKind::unstable))
                 << name << ": " << name_of(simulation.outcome().kind) << ", " << simulation.outcome().message;
             // Open gaps of the sources. Eight times as fast, the tool of hover goes further in a tick than it is from
-            // the sheet, and a gap along a slanted normal closes though nothing touches. And `near` has no memory that
-            // edges have passed each other, which is all that happens in i2t_lay.
-            if (source.wants_reach && GetParam() == "hover") continue;
-            if (source.name == "near" && GetParam() == "i2t_lay") continue;
+            // the sheet, and a gap along a slanted normal closes though nothing touches. And `proximity` has no memory
+            // that edges have passed each other, which is all that happens in i2t_lay.
+            if (source.wants_query_distance && GetParam() == "hover") continue;
+            if (source.name == "proximity" && GetParam() == "i2t_lay") continue;
             EXPECT_EQ(contacts > 0, GetParam() != "hover") << name;
         }
     }
@@ -121,7 +123,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, EveryResponse, testing::ValuesIn(scene_names())
 TEST(EveryResponse, RunsFromTheCommandLineWithEveryContactSource) {
     // i2t_deep_start begins in contact.
     for (const std::string& method : responses()) {
-        for (const SourceEntry& source : registry().sources()) {
+        for (const ContactGeneratorEntry& source : registry().contact_generators()) {
             std::string arguments = "run " + (folder / "i2t_deep_start.json").string() +
                                     " --ticks 3 --json --response " + method + " --contacts " + source.name;
             if (source.wants_native && native_detector().empty()) continue;

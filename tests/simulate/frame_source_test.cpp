@@ -47,16 +47,16 @@ TEST(SceneFrames, TheWayOfATickInWhichTheToolComesThroughDoesNotCountAsDepth) {
     // The ball, with one vertex straight below its middle, comes down by 0.1 mm a tick and is 1 µm through the plane of
     // the sheet when the tenth tick ends. It is above the sheet in all sub-steps but the last, so that it pushes no
     // further than it goes in that one.
-    constexpr double way = 1e-4;      // m, of the ball in a tick
+    constexpr double path = 1e-4;     // m, of the ball in a tick
     constexpr double through = 1e-6;  // m
-    constexpr double height = 0.008 + 10.0 * way - through;
+    constexpr double height = 0.008 + 10.0 * path - through;
     const Scene scene = test::scene_from_text(fmt::format(
-        R"({{"format":"trocar-scene-1","name":"fall","unit":"m","dt":0.001,"ticks":20,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"fall","unit":"m","dt":0.001,"ticks":20,"seed":1,"bodies":[
       {{"name":"sheet","kind":"tissue","closed":false,"parts":[{{"shape":"sheet","size":[0.06,0.06],"edge":0.006}}]}},
       {{"name":"tool","kind":"instrument","closed":true,"parts":[{{"shape":"sphere","radius":0.008,"edge":0.0024}}],
        "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[0.001,0.0007,{},0,0,0]}},
                                               {{"time":0.05,"pose":[0.001,0.0007,{},0,0,0]}}]}}}}]}})",
-        height, height - 50.0 * way));
+        height, height - 50.0 * path));
     const auto lowest = [&scene](const Frame& frame, BodyKind kind) {
         double low = 1.0;
         for (const BodyRange& body : scene.topology.bodies) {
@@ -71,13 +71,13 @@ TEST(SceneFrames, TheWayOfATickInWhichTheToolComesThroughDoesNotCountAsDepth) {
     ASSERT_NEAR(lowest(frame, BodyKind::instrument), -through, 1e-9);
     EXPECT_NEAR(lowest(frame, BodyKind::tissue), 0.0, 1e-12);
     ASSERT_TRUE(source->next(frame));
-    EXPECT_GE(lowest(frame, BodyKind::tissue), -1.01 * way / scene.materials.substeps);
+    EXPECT_GE(lowest(frame, BodyKind::tissue), -1.01 * path / scene.materials.substeps);
     while (source->next(frame)) {
     }
-    EXPECT_LT(lowest(frame, BodyKind::tissue), -0.5 * way) << "three ticks later it has been pushed";
+    EXPECT_LT(lowest(frame, BodyKind::tissue), -0.5 * path) << "three ticks later it has been pushed";
 }
 
-TEST(SceneFrames, ThatCannotBeMadeToTheEndAreToldByEveryRunThatIsGivenThem) {
+TEST(SceneFrames, ThatCannotBeMadeToTheEndAreReportedByEveryRunThatIsGivenThem) {
     Scene scene = test::scene_from_text(test::poke_text());
     for (const BodyRange& body : scene.topology.bodies) {
         if (body.kind != BodyKind::tissue) continue;
@@ -89,7 +89,7 @@ TEST(SceneFrames, ThatCannotBeMadeToTheEndAreToldByEveryRunThatIsGivenThem) {
     EXPECT_FALSE(source->next(frame));
     EXPECT_EQ(source->outcome().kind, OutcomeKind::not_finite);
     EXPECT_TRUE(source->outcome().message.starts_with("no frame after 0 of 60: ")) << source->outcome().message;
-    for (const auto& [mode, response] : {std::pair{"replay", ""}, {"certificate", ""}, {"triangle_pair", "penalty"}}) {
+    for (const auto& [mode, response] : {std::pair{"replay", ""}, {"metamorphic", ""}, {"triangle_pair", "penalty"}}) {
         RunSpec spec;
         spec.mode = mode;
         spec.detector = *response == '\0' ? "brute_force" : "";

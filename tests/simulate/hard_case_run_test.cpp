@@ -26,16 +26,16 @@ TEST(HardCaseRun, CountsAgainstTheCasesOwnList) {
     const Record right = run_hard_case(one, asked("brute_force"));
     EXPECT_TRUE(right.outcome.ok());
     EXPECT_EQ(right.summary.at("true_pairs"), 3.0);
-    EXPECT_EQ(right.summary.at("missing"), 0.0);
-    EXPECT_EQ(right.summary.at("extra"), 0.0);
+    EXPECT_EQ(right.summary.at("false_negatives"), 0.0);
+    EXPECT_EQ(right.summary.at("false_positives"), 0.0);
     // With a wrong list the same answer is one pair short and two too many.
     one.pairs = {{{3, 0}}};
     const Record wrong = run_hard_case(one, asked("brute_force"));
-    EXPECT_EQ(wrong.summary.at("missing"), 1.0);
-    EXPECT_EQ(wrong.summary.at("extra"), 3.0);
+    EXPECT_EQ(wrong.summary.at("false_negatives"), 1.0);
+    EXPECT_EQ(wrong.summary.at("false_positives"), 3.0);
 }
 
-TEST(HardCaseRun, AFrameThatIsNoNumberIsTold) {
+TEST(HardCaseRun, AFrameThatIsNoNumberIsReported) {
     EXPECT_EQ(run_hard_case(case_named("nan_in_a_frame"), asked("brute_force")).outcome.kind, OutcomeKind::not_finite);
 }
 
@@ -62,8 +62,8 @@ TEST(HardCaseRun, AFamilyCountsItsLines) {
     EXPECT_TRUE(record.outcome.ok());
     EXPECT_EQ(record.summary.at("judged_ticks"), 4.0);
     EXPECT_EQ(record.summary.at("true_pairs"), 2.0);
-    EXPECT_EQ(record.summary.at("missing"), 1.0);
-    EXPECT_EQ(record.summary.at("extra"), 1.0);
+    EXPECT_EQ(record.summary.at("false_negatives"), 1.0);
+    EXPECT_EQ(record.summary.at("false_positives"), 1.0);
 }
 
 }  // namespace

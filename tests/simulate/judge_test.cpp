@@ -19,7 +19,7 @@ class JudgeOnAPoke : public testing::Test {
 protected:
     JudgeOnAPoke()
         : scene_(test::scene_from_text(test::poke_text())),
-          simulation_(scene_, neutral(), nullptr, registry().source("canonical")) {
+          simulation_(scene_, neutral(), nullptr, registry().contact_generator("intersection")) {
         for (int tick = 0; tick <= 45; ++tick) simulation_.step();
         for (const BodyRange& body : scene_.topology.bodies) {
             if (body.kind == BodyKind::instrument) tool_ = body.vertices;
@@ -90,21 +90,21 @@ std::unique_ptr<Detector> JudgeOnAPoke::neutral() {
 TEST_F(JudgeOnAPoke, TrueAnswerHasNoErrors) {
     const StepRow row = judged(plain_contacts());
     EXPECT_GT(row.true_pairs, 3);
-    EXPECT_EQ(row.missing, 0);
-    EXPECT_EQ(row.extra, 0);
+    EXPECT_EQ(row.false_negatives, 0);
+    EXPECT_EQ(row.false_positives, 0);
     // The sheet is the plane z = 0: the deepest sample is the tool's lowest vertex.
     EXPECT_LT(lowest_, -0.0019);
-    EXPECT_NEAR(row.max_depth, -lowest_, 1e-15);
+    EXPECT_NEAR(row.residual_penetration, -lowest_, 1e-15);
     EXPECT_NEAR(row.depth_error, 0.0, 1e-12);
     EXPECT_TRUE(std::isnan(row.native_depth_error));
     EXPECT_GT(row.wrong_side, 0);
-    EXPECT_LT(row.mean_depth, row.max_depth);
+    EXPECT_LT(row.residual_penetration_mean, row.residual_penetration);
 }
 
 TEST_F(JudgeOnAPoke, BlindAnswerMissesEverything) {
     const StepRow row = judged({});
-    EXPECT_EQ(row.missing, row.true_pairs);
-    EXPECT_EQ(row.extra, 0);
+    EXPECT_EQ(row.false_negatives, row.true_pairs);
+    EXPECT_EQ(row.false_positives, 0);
     EXPECT_TRUE(std::isnan(row.depth_error)) << "no contact claims a depth";
 }
 
@@ -115,8 +115,8 @@ TEST_F(JudgeOnAPoke, InventedPairsAreExtra) {
     contacts.pairs.push_back({0, sheet_corner});
     contacts.sort_pairs();
     const StepRow row = judged(contacts);
-    EXPECT_EQ(row.missing, 0);
-    EXPECT_EQ(row.extra, 1);
+    EXPECT_EQ(row.false_negatives, 0);
+    EXPECT_EQ(row.false_positives, 1);
 }
 
 TEST_F(JudgeOnAPoke, WrongDepthIsOffByWhatWasAdded) {
@@ -137,7 +137,7 @@ TEST_F(JudgeOnAPoke, WrongDepthIsOffByWhatWasAdded) {
         deepest = std::max(deepest, -position(2, scene_.topology.triangles(corner, native.a)));
         const Vector3 p = position.col(scene_.topology.triangles(corner, native.b));
         const double from_centre = (p - Vector3(0.001, 0.0007, 0.006)).norm();
-        EXPECT_TRUE(from_centre < 0.0075 || from_centre > 0.008) << "too near to the faceted ball to tell by formula";
+        EXPECT_TRUE(from_centre < 0.0075 || from_centre > 0.008) << "too near to the faceted ball to report by formula";
         if (from_centre > 0.008) continue;
         double nearest = 1.0;
         for (Index t = 0; t < scene_.topology.bodies[0].triangles.end(); ++t) {
@@ -191,7 +191,7 @@ TEST_F(JudgeOnAPoke, BodiesThatStillMeetLeaveNoGap) {
 TEST(JudgeOnBlocks, OverlapIsTheSumOverAllPairsThatYield) {
     // Two blocks of tissue sink into one of bone that is 40 mm wide and high, by 1 mm and by 3 mm over 10 mm × 10 mm;
     // another piece of bone overlaps it too, but neither of these gives way. Both do at the largest depth: 3 mm.
-    const Scene scene = test::scene_from_text(R"({"format":"trocar-scene-1","name":"blocks","unit":"m","dt":0.001,
+    const Scene scene = test::scene_from_text(R"({"format":"trocar-scene-2","name":"blocks","unit":"m","dt":0.001,
       "ticks":1,"seed":1,"bodies":[
       {"name":"bone","kind":"rigid","closed":true,"parts":[{"shape":"box","size":[0.04,0.04,0.04],"edge":0.01}],
        "pose":[0,0,-0.02,0,0,0]},
@@ -234,7 +234,7 @@ TEST_F(JudgeOnAPoke, NothingThatYieldsMeansNothingLeftOver) {
     Judge judge(scene_.topology, scene_.first, std::vector<std::uint8_t>{0});
     StepRow row;
     judge.judge_outcome(simulation_.seen(), row);
-    EXPECT_TRUE(std::isnan(row.max_depth));
+    EXPECT_TRUE(std::isnan(row.residual_penetration));
     EXPECT_EQ(row.wrong_side, -1);
 }
 

@@ -30,8 +30,8 @@ TEST(NearestApproach, OfAToolThatHoversIsTheGapOfItsFile) {
     RunSpec spec;
     spec.mode = "closed_loop";
     spec.detector = "ohc";
-    spec.response = "hold";
-    spec.contacts = "tracked";
+    spec.response = "unilateral";
+    spec.contacts = "tracked_proximity";
     spec.ticks = 30;
     spec.truth_stride = 0;
     NearestApproach nearest;
@@ -39,7 +39,7 @@ TEST(NearestApproach, OfAToolThatHoversIsTheGapOfItsFile) {
     RunLimits limits;
     limits.observe = [&](const Simulation& simulation, const StepRow&) {
         const Frame& frame = simulation.seen();
-        nearest.look(scene.topology, frame);
+        nearest.observe(scene.topology, frame);
         if (frame.tick % 10 != 0) return;
         const Range sheet = body_of(scene, "sheet").triangles;
         const Range tool = body_of(scene, "tool").triangles;
@@ -70,7 +70,7 @@ TEST(NearestApproach, TakesTheTickInWhichTheyWereNearest) {
         frame.tick += 1;
         frame.position = scene.first.position;
         for (Index v = tool.first; v < tool.end(); ++v) frame.position(2, v) += up;
-        nearest.look(scene.topology, frame);
+        nearest.observe(scene.topology, frame);
     }
     EXPECT_EQ(nearest.tick, scene.first.tick + 2);
     EXPECT_NEAR(nearest.distance, 0.0011, 1e-12);

@@ -41,16 +41,17 @@ std::vector<std::string> own_responses() {
     return names;
 }
 
-/// The contact source that a response takes when none is named; `canonical` for a name that nobody has.
-std::string own_source(const std::string& response) {
+/// The contact generator that a response takes when none is named; `intersection` for a name that nobody has.
+std::string own_contact_generator(const std::string& response) {
     for (const ResponseEntry& entry : registry().responses()) {
-        if (entry.name == response) return default_source(parse_method(response));
+        if (entry.name == response) return default_contact_generator(parse_method(response));
     }
-    return "canonical";
+    return "intersection";
 }
 
 bool takes(const ResponseEntry& entry, const std::string& source) {
-    return std::find(entry.sources.begin(), entry.sources.end(), source) != entry.sources.end();
+    return std::find(entry.contact_generators.begin(), entry.contact_generators.end(), source) !=
+           entry.contact_generators.end();
 }
 
 RunSpec spec_of(const std::string& mode, const std::string& detector, const std::string& response) {
@@ -58,18 +59,18 @@ RunSpec spec_of(const std::string& mode, const std::string& detector, const std:
     spec.mode = mode;
     spec.detector = detector;
     spec.response = response;
-    spec.contacts = mode == "closed_loop" ? own_source(response) : "";
+    spec.contacts = mode == "closed_loop" ? own_contact_generator(response) : "";
     spec.truth_stride = 5;
     return spec;
 }
 
 TEST(PassedThrough, IsCountedExactlyWhereTwoShaftsHaveChangedSidesAndTheRunEndsOk) {
     // Two shafts of 5 mm across each other, each led by a hand of 300 N/m, pressed together by 2 to 8 N against a
-    // contact of 1000 N/m: what has changed sides is told by their places alone.
+    // contact of 1000 N/m: what has changed sides is reported by their places alone.
     std::set<bool> seen;
     for (const double push : {1.0, 2.0, 5.0, 8.0}) {
         const Scene scene = test::scene_from_text(fmt::format(
-            R"({{"format":"trocar-scene-1","name":"shafts","unit":"m","dt":0.001,"ticks":300,"seed":1,"bodies":[
+            R"({{"format":"trocar-scene-2","name":"shafts","unit":"m","dt":0.001,"ticks":300,"seed":1,"bodies":[
           {{"name":"lower","kind":"instrument","closed":true,
             "parts":[{{"shape":"shaft","radius":0.0025,"length":0.1,"edge":0.003}}],
             "motion":{{"drive":"operator","keys":[{{"time":0,"pose":[-0.05,0,0,0,90,0]}}]}}}},
@@ -117,16 +118,16 @@ double distance_of_two(const Topology& topology, const Matrix3X& position) {
 
 TEST(ForceWithoutTouch, OfAClosedLoopIsThatOfTheTicksOneByOne) {
     const Scene scene = test::scene_from_text(test::poke_text());
-    for (const std::string response : {"hold", "penalty", "penalty:k=100000,reduction=pair"}) {
+    for (const std::string response : {"unilateral", "penalty", "penalty:k=100000,reduction=pair"}) {
         RunSpec spec = spec_of("closed_loop", "ohc", response);
-        spec.contacts = "tracked";
+        spec.contacts = "tracked_proximity";
         spec.truth_stride = 1;
         std::vector<std::pair<double, double>> ticks;  // force, N, and clearance, m
         double start = distance_of_two(scene.topology, scene.first.position);
         RunLimits limits;
         limits.observe = [&](const Simulation& simulation, const StepRow&) {
             double force = 0.0;
-            for (const ContactLoad& load : simulation.contact_loads()) force += load.force.norm();
+            for (const ContactForce& load : simulation.contact_forces()) force += load.force.norm();
             const double end = distance_of_two(scene.topology, simulation.frame().position);
             ticks.emplace_back(force, std::min(start, end));
             start = end;
@@ -172,13 +173,13 @@ TEST(Replay, WhatALimitCutsCountsAsMissedOnEveryTickItCuts) {
             const StepRow& row = cut.rows[i];
             EXPECT_EQ(row.truncated, all.rows[i].true_pairs > 3) << detector << " tick " << i;
             if (!row.truncated) continue;
-            EXPECT_EQ(row.missing, all.rows[i].true_pairs - 3) << detector << " tick " << i;
-            missing += static_cast<double>(row.missing);
+            EXPECT_EQ(row.false_negatives, all.rows[i].true_pairs - 3) << detector << " tick " << i;
+            missing += static_cast<double>(row.false_negatives);
             ticks += 1.0;
         }
         EXPECT_GT(ticks, 5.0) << detector;
         EXPECT_EQ(cut.summary.at("truncated_ticks"), ticks);
-        EXPECT_EQ(cut.summary.at("missing"), missing);
+        EXPECT_EQ(cut.summary.at("false_negatives"), missing);
         EXPECT_LT(cut.summary.at("recall"), 1.0);
     }
 }
@@ -193,7 +194,7 @@ TEST(Replay, EveryDetectorSeesTheSameFramesAndExactOnesMissNothing) {
         EXPECT_EQ(record.summary.at("recall"), 1.0) << detector;
         EXPECT_EQ(record.summary.at("precision"), 1.0) << detector;
         EXPECT_EQ(record.summary.at("judged_ticks"), 13.0) << "every fifth tick and the last";
-        EXPECT_TRUE(std::isnan(record.summary.at("residual_max_m"))) << "a replay leaves nothing over";
+        EXPECT_TRUE(std::isnan(record.summary.at("residual_penetration_max_m"))) << "a replay leaves nothing over";
         EXPECT_TRUE(record.environment.contains("commit"));
         hashes.insert(record.frames_hash);
     }
@@ -204,16 +205,16 @@ TEST(ClosedLoop, EndsOnTheSameStateTwiceAndReadsBack) {
     const Scene scene = test::scene_from_text(test::poke_text());
     for (const std::string& response : own_responses()) {
         const RunSpec spec = spec_of("closed_loop", own_exact_detectors().front(), response);
-        const RunLimits limits{.watched = response == "hold"};  // others jitter beyond their scripts' work
+        const RunLimits limits{.watched = response == "unilateral"};  // others jitter beyond their scripts' work
         const Record one = make_run(scene, spec, limits);
         const Record two = make_run(scene, spec, limits);
         EXPECT_TRUE(one.outcome.ok()) << response << ' ' << one.outcome.message;
         EXPECT_EQ(one.state_hash, two.state_hash);
         EXPECT_EQ(one.rows.size(), 60U);
         EXPECT_GT(one.summary.at("pairs_max"), 0.0);
-        EXPECT_TRUE(std::isfinite(one.summary.at("residual_max_m")));
+        EXPECT_TRUE(std::isfinite(one.summary.at("residual_penetration_max_m")));
         // The tool goes 2 mm below the sheet's rest plane: nothing can be left deeper.
-        EXPECT_LE(one.summary.at("residual_max_m"), 0.0021);
+        EXPECT_LE(one.summary.at("residual_penetration_max_m"), 0.0021);
         for (const auto& [name, value] : one.summary) EXPECT_NO_THROW((void)summary_figure(name)) << name;
         EXPECT_EQ(to_json_line(record_from_json_line(to_json_line(one), "f", 1)), to_json_line(one));
     }
@@ -235,27 +236,27 @@ TEST(ClosedLoop, NearPairsThatADetectorDoesNotBringAreCountedWhereASourceAsksFor
         spec.contacts = source;
         return make_run(scene, spec).summary;
     };
-    const auto exact = summary(own_exact_detectors().front(), "tracked");
-    EXPECT_GT(exact.at("true_near"), 0.0);
-    EXPECT_EQ(exact.at("missed"), 0.0);
-    EXPECT_GE(exact.at("reach_max_m"), exact.at("reach_median_m"));
-    EXPECT_GT(exact.at("reach_median_m"), 0.0);
-    // Less is asked of it, since edges that it never tells of cannot ask for more; all of that is missed.
-    const auto blind = summary("blind", "tracked");
-    EXPECT_GT(blind.at("true_near"), 0.0);
-    EXPECT_EQ(blind.at("missed"), blind.at("true_near"));
-    const auto hidden = summary("blind:hide=0.5", "tracked");
-    EXPECT_GT(hidden.at("missed"), 0.0);
-    EXPECT_LT(hidden.at("missed"), hidden.at("true_near"));
-    const auto meeting = summary("blind", "canonical");
-    EXPECT_TRUE(std::isnan(meeting.at("missed"))) << "nobody asks for near pairs";
-    EXPECT_TRUE(std::isnan(meeting.at("reach_max_m")));
+    const auto exact = summary(own_exact_detectors().front(), "tracked_proximity");
+    EXPECT_GT(exact.at("true_proximity_pairs"), 0.0);
+    EXPECT_EQ(exact.at("proximity_false_negatives"), 0.0);
+    EXPECT_GE(exact.at("query_distance_max_m"), exact.at("query_distance_median_m"));
+    EXPECT_GT(exact.at("query_distance_median_m"), 0.0);
+    // Less is asked of it, since edges that it never reports cannot ask for more; all of that is missed.
+    const auto blind = summary("blind", "tracked_proximity");
+    EXPECT_GT(blind.at("true_proximity_pairs"), 0.0);
+    EXPECT_EQ(blind.at("proximity_false_negatives"), blind.at("true_proximity_pairs"));
+    const auto hidden = summary("blind:hide=0.5", "tracked_proximity");
+    EXPECT_GT(hidden.at("proximity_false_negatives"), 0.0);
+    EXPECT_LT(hidden.at("proximity_false_negatives"), hidden.at("true_proximity_pairs"));
+    const auto meeting = summary("blind", "intersection");
+    EXPECT_TRUE(std::isnan(meeting.at("proximity_false_negatives"))) << "nobody asks for near pairs";
+    EXPECT_TRUE(std::isnan(meeting.at("query_distance_max_m")));
 }
 
 TEST(ClosedLoop, DetailsAreJudgedOnEveryNthJudgedTickAndChangeNothingElse) {
     const Scene scene = test::scene_from_text(test::poke_text());
     RunSpec spec = spec_of("closed_loop", own_exact_detectors().front(), "none");
-    spec.contacts = "tracked";
+    spec.contacts = "tracked_proximity";
     spec.truth_stride = 2;
     const Record all = make_run(scene, spec);
     spec.detail_stride = 5;
@@ -264,18 +265,18 @@ TEST(ClosedLoop, DetailsAreJudgedOnEveryNthJudgedTickAndChangeNothingElse) {
     for (std::size_t i = 0; i < all.rows.size(); ++i) {
         const bool judged = i % 2 == 0 || i + 1 == all.rows.size();
         const bool in_detail = i % 10 == 0 || i + 1 == all.rows.size();
-        EXPECT_EQ(all.rows[i].true_near >= 0, judged) << i;
-        EXPECT_EQ(some.rows[i].true_near >= 0, in_detail) << i;
-        EXPECT_EQ(all.rows[i].missing, some.rows[i].missing) << i;
+        EXPECT_EQ(all.rows[i].true_proximity_pairs >= 0, judged) << i;
+        EXPECT_EQ(some.rows[i].true_proximity_pairs >= 0, in_detail) << i;
+        EXPECT_EQ(all.rows[i].false_negatives, some.rows[i].false_negatives) << i;
         EXPECT_EQ(all.rows[i].wrong_side, some.rows[i].wrong_side) << i;
         if (!judged) continue;
-        EXPECT_EQ(all.rows[i].max_depth, some.rows[i].max_depth) << i;
+        EXPECT_EQ(all.rows[i].residual_penetration, some.rows[i].residual_penetration) << i;
     }
     const Record back = record_from_json_line(to_json_line(some), "f", 1);
     EXPECT_EQ(back.spec.detail_stride, 5);
-    EXPECT_EQ(back.rows[10].true_near, some.rows[10].true_near);
-    EXPECT_EQ(back.rows[10].missed, some.rows[10].missed);
-    EXPECT_EQ(back.rows[10].reach, some.rows[10].reach);
+    EXPECT_EQ(back.rows[10].true_proximity_pairs, some.rows[10].true_proximity_pairs);
+    EXPECT_EQ(back.rows[10].proximity_false_negatives, some.rows[10].proximity_false_negatives);
+    EXPECT_EQ(back.rows[10].query_distance, some.rows[10].query_distance);
 }
 
 TEST(ClosedLoop, ScriptedBodiesLeaveNothingThatAMethodCouldAnswerFor) {
@@ -286,7 +287,7 @@ TEST(ClosedLoop, ScriptedBodiesLeaveNothingThatAMethodCouldAnswerFor) {
     spec.ticks = 120;
     const Record record = make_run(scene, spec);
     EXPECT_GT(record.summary.at("pairs_max"), 0.0);
-    EXPECT_TRUE(std::isnan(record.summary.at("residual_max_m")));
+    EXPECT_TRUE(std::isnan(record.summary.at("residual_penetration_max_m")));
     EXPECT_TRUE(std::isfinite(record.summary.at("depth_error_max_m")));
 }
 
@@ -336,7 +337,7 @@ TEST(ClosedLoop, ProgressCanEndARunEarly) {
     EXPECT_EQ(observed, 10);
 }
 
-TEST(TimedLoop, TellsTheTissuesSizeAndTheStepsTakenAndEndsWhereTheJudgedLoopEnds) {
+TEST(TimedLoop, ReportsTheTissuesSizeAndTheStepsTakenAndEndsWhereTheJudgedLoopEnds) {
     const Scene scene = test::scene_from_text(test::poke_text());
     Index flat = 0;  // triangles of the sheet, which alone lies in one plane
     for (Index t = 0; t < scene.topology.triangle_count(); ++t) {
@@ -344,7 +345,7 @@ TEST(TimedLoop, TellsTheTissuesSizeAndTheStepsTakenAndEndsWhereTheJudgedLoopEnds
         for (const Index v : scene.topology.triangles.col(t)) in_plane &= scene.first.position(2, v) == 0.0;
         flat += in_plane ? 1 : 0;
     }
-    RunSpec spec = spec_of("closed_loop", "ohc", "hold");
+    RunSpec spec = spec_of("closed_loop", "ohc", "unilateral");
     spec.ticks = 40;
     const Record judged = make_run(scene, spec);
     spec.mode = "cost_by_size";
@@ -386,7 +387,7 @@ TEST(TrianglePairs, WithTheTestTakesLongerOnTheSamePairs) {
 TEST(TrianglePairs, TailsAreThoseOfAThousandIterationsAndMore) {
     // A ball that rests in a block: the same pairs in every tick, of which the first ten are dropped.
     const Scene scene = test::scene_from_text(
-        R"({"format":"trocar-scene-1","name":"rests","unit":"m","dt":0.001,"ticks":1100,"seed":1,"bodies":[
+        R"({"format":"trocar-scene-2","name":"rests","unit":"m","dt":0.001,"ticks":1100,"seed":1,"bodies":[
       {"name":"block","kind":"rigid","closed":true,"parts":[{"shape":"box","size":[0.1,0.1,0.02],"edge":0.02}],
        "pose":[0,0,-0.01,0,0,0]},
       {"name":"tool","kind":"instrument","closed":true,"parts":[{"shape":"sphere","radius":0.008,"edge":0.004}],

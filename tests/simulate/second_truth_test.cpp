@@ -69,23 +69,23 @@ struct Comparison {
     std::int64_t too_near = 0;  ///< to the surface to be compared
     double deepest = 0.0;
 
-    void frame(const Scene& scene, const Frame& frame, const DepthTruth& truth, const DepthTruth::Result& told,
+    void frame(const Scene& scene, const Frame& frame, const DepthTruth& truth, const DepthTruth::Result& reported,
                test::SecondTruth& second) {
-        second.look_at(frame);
+        second.examine(frame);
         std::set<std::array<Index, 2>> pierced;  // by the rim of the first body: the second
-        if (told.side_undecided > 0) {
+        if (reported.side_undecided > 0) {
             for (const auto& [a, b] : scene.topology.body_pairs) {
                 if (second.rim_pierces(a, b)) pierced.insert({a, b});
                 if (second.rim_pierces(b, a)) pierced.insert({b, a});
             }
         }
         double depth = 0.0;
-        std::int64_t told_wrong = 0;
+        std::int64_t reported_wrong = 0;
         truth.each_sample([&](const DepthTruth::Judgement& sample) {
-            if (sample.side == Side::wrong) ++told_wrong;
+            if (sample.side == Side::wrong) ++reported_wrong;
             if (sample.side == Side::undecided) {
                 EXPECT_TRUE(pierced.contains({sample.into, sample.from}))
-                    << "tick " << frame.tick << ": " << text_of(sample, scene.topology) << " is told undecided";
+                    << "tick " << frame.tick << ": " << text_of(sample, scene.topology) << " is reported undecided";
                 return;
             }
             const Vector3 now = point_of(sample, scene.topology, frame.position);
@@ -95,14 +95,14 @@ struct Comparison {
                 closed ? second.is_inside(sample.into, now)
                        : second.crossed(sample.from, sample.into,
                                         point_of(sample, scene.topology, scene.first.position), now) != 0;
-            const bool told_so = sample.side == Side::wrong;
-            const double away = is_wrong || told_so ? second.distance(sample.into, now) : 0.0;
+            const bool reported_so = sample.side == Side::wrong;
+            const double away = is_wrong || reported_so ? second.distance(sample.into, now) : 0.0;
             ++compared;
-            if (is_wrong != told_so) {
+            if (is_wrong != reported_so) {
                 ++too_near;
                 EXPECT_LE(away, test::SecondTruth::undecidable)
-                    << "tick " << frame.tick << ": " << text_of(sample, scene.topology) << " is told "
-                    << (told_so ? "wrong" : "right");
+                    << "tick " << frame.tick << ": " << text_of(sample, scene.topology) << " is reported "
+                    << (reported_so ? "wrong" : "right");
                 return;
             }
             if (!is_wrong) return;
@@ -121,10 +121,11 @@ struct Comparison {
                 edges.depth = std::max(edges.depth, one.depth);
             }
         }
-        // Each looks for the deepest point of an edge in steps of its own.
+        // Each searches for the deepest point of an edge in steps of its own.
         depth = std::max(depth, edges.depth);
-        EXPECT_NEAR(told.max_depth, depth, test::SecondTruth::undecidable + 0.01 * depth) << "tick " << frame.tick;
-        EXPECT_NEAR(static_cast<double>(told.wrong_side - told_wrong), edges.stretches, edges.shallow)
+        EXPECT_NEAR(reported.residual_penetration, depth, test::SecondTruth::undecidable + 0.01 * depth)
+            << "tick " << frame.tick;
+        EXPECT_NEAR(static_cast<double>(reported.wrong_side - reported_wrong), edges.stretches, edges.shallow)
             << "tick " << frame.tick;
         deepest = std::max(deepest, depth);
     }
@@ -141,7 +142,7 @@ TEST_P(ShippedScenes, SecondTruthAgreesOnSidesAndDepthAndNeitherNeedsTheFramesBe
     DepthTruth truth(scene.topology, scene.first);
     test::SecondTruth second(scene.topology, scene.first);
     Comparison comparison;
-    // The second one is slow: the responses take turns, and large meshes are looked at less often.
+    // The second one is slow: the responses take turns, and large meshes are examined less often.
     // The first one sees every fifth tick, all that are compared among them.
     constexpr std::int64_t seen = 5;
     const std::int64_t between =
@@ -151,19 +152,19 @@ TEST_P(ShippedScenes, SecondTruthAgreesOnSidesAndDepthAndNeitherNeedsTheFramesBe
     spec.mode = "closed_loop";
     spec.detector = "ohc_clustered";
     spec.response = GetParam().response;
-    spec.contacts = "canonical";
+    spec.contacts = "intersection";
     spec.truth_stride = scene.ticks;
     RunLimits limits;
     limits.observe = [&](const Simulation& simulation, const StepRow& row) {
         if (!simulation.outcome().ok() || row.tick % seen != 0) return;
-        const DepthTruth::Result told = truth.measure(simulation.frame());
-        if (row.tick % stride != between * GetParam().number || told.wrong_side < 0) return;
-        comparison.frame(scene, simulation.frame(), truth, told, second);
+        const DepthTruth::Result reported = truth.measure(simulation.frame());
+        if (row.tick % stride != between * GetParam().number || reported.wrong_side < 0) return;
+        comparison.frame(scene, simulation.frame(), truth, reported, second);
         DepthTruth forgetful(scene.topology, scene.first);
         const DepthTruth::Result alone = forgetful.measure(simulation.frame());
-        EXPECT_EQ(alone.wrong_side, told.wrong_side) << "tick " << row.tick;
-        EXPECT_EQ(alone.side_undecided, told.side_undecided) << "tick " << row.tick;
-        EXPECT_EQ(alone.max_depth, told.max_depth) << "tick " << row.tick;
+        EXPECT_EQ(alone.wrong_side, reported.wrong_side) << "tick " << row.tick;
+        EXPECT_EQ(alone.side_undecided, reported.side_undecided) << "tick " << row.tick;
+        EXPECT_EQ(alone.residual_penetration, reported.residual_penetration) << "tick " << row.tick;
     };
     const Record record = run_closed_loop(scene, spec, limits);
     EXPECT_GT(comparison.compared, 0);

@@ -10,7 +10,7 @@
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
 #include "simulate/frame_source.hpp"
-#include "simulate/reach.hpp"
+#include "simulate/query_distance.hpp"
 #include "support/scene_runs.hpp"
 #include "support/scene_samples.hpp"
 
@@ -42,8 +42,8 @@ class Idle : public Response {
 public:
     void prepare(const Topology& /*topology*/, const Materials& /*materials*/) override {}
     void respond(const Frame& /*frame*/, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactLoad> /*loads*/, Effect& effect) override {
-        effect.clear();
+                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+        output.clear();
     }
 };
 
@@ -52,10 +52,10 @@ class Poisonous final : public Idle {
 public:
     explicit Poisonous(Index vertex) : vertex_(vertex) {}
     void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactLoad> /*loads*/, Effect& effect) override {
-        effect.clear();
-        effect.held_force.setZero(3, frame.position.cols());
-        if (frame.tick == 5) effect.held_force(2, vertex_) = std::nan("");
+                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+        output.clear();
+        output.held_force.setZero(3, frame.position.cols());
+        if (frame.tick == 5) output.held_force(2, vertex_) = std::nan("");
     }
 
 private:
@@ -67,20 +67,20 @@ class PlaneSpring final : public Idle {
 public:
     PlaneSpring(Range tool, double k) : tool_(tool), k_(k) {}
     void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactLoad> /*loads*/, Effect& effect) override {
-        effect.clear();
+                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+        output.clear();
         Index lowest = tool_.first;
         for (Index v = tool_.first; v < tool_.end(); ++v) {
             if (frame.position(2, v) < frame.position(2, lowest)) lowest = v;
         }
-        LinearContact contact;
+        ContactForceLaw contact;
         contact.vertices[0] = lowest;
         contact.weights[0] = 1.0;
         contact.normal = Vector3::UnitZ();
         contact.gap = frame.position(2, lowest);
         contact.k = k_;
         contact.mu = 2.0;
-        if (contact.gap < 0.0) effect.contacts.push_back(contact);
+        if (contact.gap < 0.0) output.contacts.push_back(contact);
     }
 
 private:
@@ -93,9 +93,9 @@ class Bearing final : public Idle {
 public:
     explicit Bearing(std::vector<Wrench> wrench) : wrench_(std::move(wrench)) {}
     void respond(const Frame& /*frame*/, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactLoad> /*loads*/, Effect& effect) override {
-        effect.clear();
-        effect.wrench = wrench_;
+                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+        output.clear();
+        output.wrench = wrench_;
     }
 
 private:
@@ -113,7 +113,7 @@ Range range_of(const Scene& scene, const std::string& name) {
 TEST(Simulation, PreviousIsWhereABodyWasATickAgoWhileItMovesAndWhenItHasStopped) {
     // The script ends at 0.04 s, in the middle of the run.
     const Scene scene = scene_from_text(poke_text());
-    Simulation simulation(scene, std::make_unique<Blind>(), nullptr, registry().source("canonical"));
+    Simulation simulation(scene, std::make_unique<Blind>(), nullptr, registry().contact_generator("intersection"));
     const Range tool = range_of(scene, "tool");
     Matrix3X before;
     int moved = 0;
@@ -133,7 +133,7 @@ TEST(Simulation, PreviousIsWhereABodyWasATickAgoWhileItMovesAndWhenItHasStopped)
 TEST(Simulation, ScriptedBodyFollowsItsPosesExactly) {
     const Scene scene = scene_from_text(poke_text());
     const Range tool = range_of(scene, "tool");
-    Simulation simulation(scene, std::make_unique<Blind>(), nullptr, registry().source("canonical"));
+    Simulation simulation(scene, std::make_unique<Blind>(), nullptr, registry().contact_generator("intersection"));
     for (int tick = 0; tick < 60; ++tick) {
         const StepRow row = simulation.step();
         ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().message;
@@ -157,16 +157,18 @@ TEST(Simulation, ScriptedBodyFollowsItsPosesExactly) {
 
 TEST(Simulation, FirstTickSeesTheFirstFrame) {
     const Scene scene = scene_from_text(poke_text());
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(), registry().source("canonical"));
+    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(),
+                          registry().contact_generator("intersection"));
     simulation.step();
     EXPECT_EQ(simulation.seen().position, scene.first.position);
 }
 
 TEST(Simulation, OnlyStagesThatTheSceneNamesArePresent) {
     const Scene tissue = scene_from_text(poke_text());
-    Simulation with(tissue, std::make_unique<Blind>(), std::make_unique<Idle>(), registry().source("canonical"));
+    Simulation with(tissue, std::make_unique<Blind>(), std::make_unique<Idle>(),
+                    registry().contact_generator("intersection"));
     for (const std::int64_t ns : with.step().stage_ns) EXPECT_GE(ns, 0);
-    Simulation without(tissue, std::make_unique<Blind>(), nullptr, registry().source("canonical"));
+    Simulation without(tissue, std::make_unique<Blind>(), nullptr, registry().contact_generator("intersection"));
     const StepRow row = without.step();
     EXPECT_EQ(row.stage_ns[static_cast<std::size_t>(Stage::respond)], -1);
     EXPECT_EQ(row.stage_ns[static_cast<std::size_t>(Stage::advance)], -1);
@@ -176,14 +178,16 @@ TEST(Simulation, OnlyStagesThatTheSceneNamesArePresent) {
     text.replace(text.find("operator"), 8, "prescribed");
     const Scene scripted = scene_from_text(text);
     EXPECT_TRUE(scripted.materials.springs.empty());
-    Simulation rigid(scripted, std::make_unique<Blind>(), std::make_unique<Idle>(), registry().source("canonical"));
+    Simulation rigid(scripted, std::make_unique<Blind>(), std::make_unique<Idle>(),
+                     registry().contact_generator("intersection"));
     EXPECT_EQ(rigid.step().stage_ns[static_cast<std::size_t>(Stage::advance)], -1);
     EXPECT_EQ(rigid.yielding_pairs(), std::vector<std::uint8_t>{0});
 }
 
 TEST(Simulation, TissueAtRestStaysAtRest) {
     const Scene scene = scene_from_text(poke_text());
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(), registry().source("canonical"));
+    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(),
+                          registry().contact_generator("intersection"));
     for (int tick = 0; tick < 50; ++tick) simulation.step();
     const Range sheet = range_of(scene, "sheet");
     const auto moved = (simulation.frame().position - scene.first.position).middleCols(sheet.first, sheet.count);
@@ -194,7 +198,7 @@ TEST(Simulation, NonFiniteForceIsAnOutcomeAndTheFrameStays) {
     const Scene scene = scene_from_text(poke_text());
     const Range sheet = range_of(scene, "sheet");
     Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Poisonous>(sheet.first + sheet.count / 2),
-                          registry().source("canonical"));
+                          registry().contact_generator("intersection"));
     Frame before;
     for (int tick = 0; tick < 5; ++tick) simulation.step();
     before = simulation.frame();
@@ -209,7 +213,7 @@ TEST(Simulation, NonFiniteForceIsAnOutcomeAndTheFrameStays) {
 TEST(Simulation, MethodThatThrowsHasFailedAndNothingElse) {
     const Scene scene = scene_from_text(poke_text());
     Simulation simulation(scene, std::make_unique<Throwing>(), std::make_unique<Idle>(),
-                          registry().source("canonical"));
+                          registry().contact_generator("intersection"));
     for (int tick = 0; tick < 3; ++tick) EXPECT_EQ(simulation.step().outcome, OutcomeKind::ok);
     EXPECT_EQ(simulation.step().outcome, OutcomeKind::threw);
     EXPECT_NE(simulation.outcome().message.find("detect: out of cheese"), std::string::npos);
@@ -240,7 +244,7 @@ TEST(Simulation, ALoadThatNoContactCarriesIsShownForTheWholeInstrumentWithItsMom
         moment += wrench[b].moment;
     }
     Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Bearing>(wrench),
-                          registry().source("canonical"));
+                          registry().contact_generator("intersection"));
     const StepRow row = simulation.step();
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().message;
     for (std::size_t b = 0; b < wrench.size(); ++b) {
@@ -254,13 +258,13 @@ TEST(Simulation, ALoadThatNoContactCarriesIsShownForTheWholeInstrumentWithItsMom
 }
 
 TEST(Simulation, OperatorRestsWhereHandAndContactBalance) {
-    // Hand spring K pulls down by K (D - d), the plane pushes up by k d: d = K D / (K + k).
+    // Virtual coupling K pulls down by K (D - d), the plane pushes up by k d: d = K D / (K + k).
     const double press = 0.004;
     const double k = 900.0;
     const Scene scene = scene_from_text(press_text(press));
     const Range tool = range_of(scene, "tool");
     Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<PlaneSpring>(tool, k),
-                          registry().source("canonical"));
+                          registry().contact_generator("intersection"));
     StepRow row;
     for (int tick = 0; tick < 1500; ++tick) row = simulation.step();
     ASSERT_TRUE(simulation.outcome().ok());
@@ -280,7 +284,8 @@ TEST(Simulation, OperatorRestsWhereHandAndContactBalance) {
 TEST(Simulation, OperatorWithoutContactFollowsItsScript) {
     const Scene scene = scene_from_text(press_text(-0.0005));
     const Range tool = range_of(scene, "tool");
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(), registry().source("canonical"));
+    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(),
+                          registry().contact_generator("intersection"));
     for (int tick = 0; tick < 400; ++tick) simulation.step();
     const Vector3 moved = simulation.frame().position.col(tool.first) - scene.first.position.col(tool.first);
     EXPECT_NEAR(moved.z(), -0.0005, 1e-6);
@@ -289,7 +294,7 @@ TEST(Simulation, OperatorWithoutContactFollowsItsScript) {
 TEST(Simulation, ReplayAnswersLikeTheLoopThatMadeTheFrames) {
     const Scene scene = scene_from_text(poke_text());
     const auto source = scene_frames(scene, 45);
-    Simulation replay(scene, neutral_pairs(), nullptr, registry().source("canonical"));
+    Simulation replay(scene, neutral_pairs(), nullptr, registry().contact_generator("intersection"));
     Frame frame;
     std::int64_t pairs = 0;
     while (source->next(frame)) {
@@ -314,10 +319,11 @@ TEST(Simulation, NoStageOfOursAllocatesAfterWarmUp) {
         for (const ResponseEntry& response : registry().responses()) {
             if (!detector.own || !response.own) continue;
             // A position response may blow up on other contacts.
-            const SourceEntry& source = registry().source(test::meeting_triangles_or_own(parse_method(response.name)));
-            if (!why_untold(detector, source).empty()) continue;
+            const ContactGeneratorEntry& source =
+                registry().contact_generator(test::meeting_triangles_or_own(parse_method(response.name)));
+            if (!why_unreported(detector, source).empty()) continue;
             Simulation simulation(scene, make_detector(detector.name), make_response(response.name), source,
-                                  {.watched = response.name == "hold"});
+                                  {.watched = response.name == "unilateral"});
             std::int64_t allocations = 0;
             for (int tick = 0; tick < 600; ++tick) {
                 const StepRow row = simulation.step();
@@ -331,7 +337,7 @@ TEST(Simulation, NoStageOfOursAllocatesAfterWarmUp) {
     }
 }
 
-TEST(Reach, IsTheMarginDoubledUntilItHoldsWhatMayCome) {
+TEST(QueryDistance, IsTheMarginDoubledUntilItHoldsWhatMayCome) {
     // One triangle of tissue with sides of 3, 4 and 5 mm: a mean edge of 4 mm, a margin of 1 mm.
     Triangles one(3, 1);
     one.col(0) << 0, 1, 2;
@@ -341,11 +347,11 @@ TEST(Reach, IsTheMarginDoubledUntilItHoldsWhatMayCome) {
     scene.first.position = Matrix3X::Zero(3, 3);
     scene.first.position(0, 1) = 0.003;
     scene.first.position(1, 2) = 0.004;
-    const Reach reach(scene, 0.25);
-    EXPECT_NEAR(reach.edge(), 0.004, 1e-15);
+    const QueryDistance query_distance(scene, 0.25);
+    EXPECT_NEAR(query_distance.edge(), 0.004, 1e-15);
     struct Case {
-        double led, tissue, deep;  // mm
-        double reach;              // mm
+        double driven, tissue, deep;  // mm
+        double query_distance;        // mm
         bool is_cut;
     };
     for (const Case& one_case : {Case{0.0, 0.0, 0.0, 1.0, false},
@@ -359,16 +365,17 @@ TEST(Reach, IsTheMarginDoubledUntilItHoldsWhatMayCome) {
                                  // Of what tissue does, two mean edges.
                                  {0.0, 30.0, 0.0, 16.0, true},
                                  {0.0, 60.0, 90.0, 16.0, true}}) {
-        const auto& [led, tissue, deep, expected, is_cut] = one_case;
-        EXPECT_NEAR(reach.of(1e-3 * led, 1e-3 * tissue, 1e-3 * deep), 1e-3 * expected, 1e-12)
-            << led << " " << tissue << " " << deep;
-        EXPECT_EQ(reach.is_cut(1e-3 * led, 1e-3 * tissue, 1e-3 * deep), is_cut) << led << " " << tissue << " " << deep;
+        const auto& [driven, tissue, deep, expected, is_cut] = one_case;
+        EXPECT_NEAR(query_distance.of(1e-3 * driven, 1e-3 * tissue, 1e-3 * deep), 1e-3 * expected, 1e-12)
+            << driven << " " << tissue << " " << deep;
+        EXPECT_EQ(query_distance.is_cut(1e-3 * driven, 1e-3 * tissue, 1e-3 * deep), is_cut)
+            << driven << " " << tissue << " " << deep;
     }
 }
 
-TEST(ContactSource, UnknownWordIsRefused) {
-    EXPECT_EQ(registry().source("native").name, "native");
-    EXPECT_THROW((void)registry().source("magic"), InputError);
+TEST(ContactGenerator, UnknownWordIsRefused) {
+    EXPECT_EQ(registry().contact_generator("native").name, "native");
+    EXPECT_THROW((void)registry().contact_generator("magic"), InputError);
 }
 
 }  // namespace

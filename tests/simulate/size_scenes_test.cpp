@@ -35,9 +35,9 @@ TEST(SizeScenes, ATickOfTheMedianHasATouch) {
         constexpr Index most_vertices = 40000;  // the larger ones are the same scenes on finer meshes
         if (scene.topology.vertex_count > most_vertices) continue;
         ++scenes;
-        Simulation simulation(scene, make_detector("ohc_clustered"), make_response("hold"),
-                              registry().source(default_source(parse_method("hold"))),
-                              {.stepper = parse_method("regional"), .watched = false});
+        Simulation simulation(scene, make_detector("ohc_clustered"), make_response("unilateral"),
+                              registry().contact_generator(default_contact_generator(parse_method("unilateral"))),
+                              {.stepper = parse_method("adaptive_multires"), .watched = false});
         int touched = 0;
         for (int tick = 0; tick < ticks; ++tick) {
             touched += simulation.step().tool_force.norm() > 0.0 ? 1 : 0;

@@ -30,7 +30,7 @@ RunSpec spec_of(const std::string& mode) {
     spec.mode = mode;
     spec.detector = "ohc";
     spec.response = "penalty";
-    spec.contacts = "canonical";
+    spec.contacts = "intersection";
     spec.ticks = 40;
     return spec;
 }
@@ -86,7 +86,7 @@ TEST(StepCheck, AnUnstableTickNamesVertexAndRemedy) {
     }
 }
 
-TEST(StepCheck, TheStepThatAnUnstableTickBearsIsToldInMillisecondsAndFitsTheSubStepsThatWouldDo) {
+TEST(StepCheck, TheStepThatAnUnstableTickBearsIsReportedInMillisecondsAndFitsTheSubStepsThatWouldDo) {
     const Scene scene = test::scene_from_text(poke_beyond().dump());
     const std::string message = make_run(scene, spec_of("hard_case")).outcome.message;
     const std::string bears = " bears ";
@@ -112,33 +112,34 @@ TEST(StepCheck, PartsOfOneInstrumentHaveOneHandAndTwoInstrumentsTwo) {
         other["instrument"] = instrument;
         scene["bodies"][2] = other;
         const StepCheck check = check_step(test::scene_from_text(scene.dump()), "");
-        EXPECT_EQ(check.hands.size(), instrument == std::string("left") ? 1U : 2U);
+        EXPECT_EQ(check.operators.size(), instrument == std::string("left") ? 1U : 2U);
     }
 }
 
-/// One mass and its hand spring by the scheme itself, a little below and above the limit.
+/// One mass and its virtual coupling by the scheme itself, a little below and above the limit.
 TEST(StepCheck, AHandsLimitIsThatOfItsScheme) {
-    for (const auto& [mass, damping, hand_damping] : {std::tuple{0.1, 1.0, 3.0}, {0.05, 0.0, 0.0}, {0.1, 20.0, 50.0}}) {
+    for (const auto& [mass, damping, coupling_damping] :
+         {std::tuple{0.1, 1.0, 3.0}, {0.05, 0.0, 0.0}, {0.1, 20.0, 50.0}}) {
         Json scene = Json::parse(test::press_text(0.0));
         scene["bodies"][1]["motion"]["operator"] = {
-            {"mass", mass}, {"damping", damping}, {"hand_damping", hand_damping}, {"hand_stiffness", 1e9}};
+            {"mass", mass}, {"damping", damping}, {"coupling_damping", coupling_damping}, {"coupling_stiffness", 1e9}};
         const Scene stiff = test::scene_from_text(scene.dump());
         const StepCheck check = check_step(stiff, "");
-        ASSERT_EQ(check.hands.size(), 1U);
+        ASSERT_EQ(check.operators.size(), 1U);
         const double h = stiff.dt / check.substeps;
-        EXPECT_TRUE(check.hands[0].unstable);
+        EXPECT_TRUE(check.operators[0].unstable);
         for (const double factor : {0.98, 1.02}) {
-            const double k = factor * check.hands[0].most_stiffness;
+            const double k = factor * check.operators[0].most_stiffness;
             ASSERT_GT(k, 0.0);
             double x = 1e-6;
             double v = 0.0;
             for (int step = 0; step < 20000; ++step) {
-                v += h / mass * (-k * x - (damping + hand_damping) * v);
+                v += h / mass * (-k * x - (damping + coupling_damping) * v);
                 x += h * v;
                 if (std::abs(x) > 1.0) break;
             }
             EXPECT_EQ(std::abs(x) > 1e-3, factor > 1.0) << k << " N/m";
-            scene["bodies"][1]["motion"]["operator"]["hand_stiffness"] = k;
+            scene["bodies"][1]["motion"]["operator"]["coupling_stiffness"] = k;
             const Scene near = test::scene_from_text(scene.dump());
             EXPECT_EQ(why_unstable(near, check_step(near, "")).empty(), factor < 1.0);
         }
@@ -162,18 +163,19 @@ TEST_F(StepCheckRun, TheProgramRefusesWithOneLineAndTakesItByAnExplicitChoice) {
     EXPECT_TRUE(run.contains("unstable_step"));
     const test::ProgramResult explained = run_program("run " + file + " --explain-step --json");
     EXPECT_EQ(explained.status, 0) << explained.err;
-    const Json told = Json::parse(explained.out);
-    EXPECT_EQ(told.at("verdict"), "unstable");
-    EXPECT_LT(told.at("tissue").at("stable_step").get<double>(), told.at("tissue").at("unstable_step").get<double>());
-    EXPECT_EQ(told.at("tissue").at("spring_evaluations"), told.at("tissue").at("springs"));
+    const Json reported = Json::parse(explained.out);
+    EXPECT_EQ(reported.at("verdict"), "unstable");
+    EXPECT_LT(reported.at("tissue").at("stable_step").get<double>(),
+              reported.at("tissue").at("unstable_step").get<double>());
+    EXPECT_EQ(reported.at("tissue").at("spring_evaluations"), reported.at("tissue").at("springs"));
     // As few as are stable for certain.
     const double taken = run.at("summary").at("substeps").get<double>();
     const double dt = 0.001;
-    EXPECT_LE(dt / taken, told.at("tissue").at("stable_step").get<double>());
-    EXPECT_GT(dt / (taken - 1.0), told.at("tissue").at("stable_step").get<double>());
+    EXPECT_LE(dt / taken, reported.at("tissue").at("stable_step").get<double>());
+    EXPECT_GT(dt / (taken - 1.0), reported.at("tissue").at("stable_step").get<double>());
 }
 
-TEST_F(StepCheckRun, MoreThanFourSubStepsAreToldBeforeTheRun) {
+TEST_F(StepCheckRun, MoreThanFourSubStepsAreReportedBeforeTheRun) {
     EXPECT_EQ(run_program("run " + write(poke()) + " --ticks 2").err, "");
     Json scene = poke();
     scene["bodies"][0]["parts"][0]["edge"] = 0.002;
@@ -183,7 +185,7 @@ TEST_F(StepCheckRun, MoreThanFourSubStepsAreToldBeforeTheRun) {
     EXPECT_EQ(std::count(fine.err.begin(), fine.err.end(), '\n'), 1) << fine.err;
 }
 
-TEST_F(StepCheckRun, ARimThatHoldsNothingIsTold) {
+TEST_F(StepCheckRun, ARimThatHoldsNothingIsReported) {
     Json scene = poke();
     scene["bodies"][0]["closed"] = true;
     scene["bodies"][0]["parts"][0] = {{"shape", "sphere"}, {"radius", 0.02}, {"edge", 0.005}};

@@ -20,13 +20,13 @@ protected:
               read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (GetParam() + ".json"), std::nullopt)) {
         Scene finer = scene_;
         finer.materials.substeps *= 4;
-        close_ = test::run_scene_with(finer, "hold", 0, 0, {}, "semi_implicit");
+        close_ = test::run_scene_with(finer, "unilateral", 0, 0, {}, "semi_implicit");
         EXPECT_TRUE(close_.outcome.ok()) << close_.outcome.message;
     }
 
     /// Root of the mean square of the force's distance from that of small sub-steps, over the largest force.
     [[nodiscard]] double force_error(const std::string& stepper) const {
-        const Record record = test::run_scene_with(scene_, "hold", 0, 0, {}, stepper);
+        const Record record = test::run_scene_with(scene_, "unilateral", 0, 0, {}, stepper);
         EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
         double sum = 0.0;
         double largest = 0.0;
@@ -63,7 +63,7 @@ TEST(SmallSteps, HalfAsLongLeaveAQuarterOfTheDepth) {
         const Record record = test::run_scene_with(scene, "xpbd_contact:reduction=pair", 20, 0, {},
                                                    "xpbd:substeps=" + std::to_string(steps));
         ASSERT_TRUE(record.outcome.ok()) << steps << ": " << record.outcome.message;
-        const double depth = record.summary.at("residual_median_m");
+        const double depth = record.summary.at("residual_penetration_median_m");
         EXPECT_GT(depth, 1e-7) << steps;
         if (steps > 10) {
             EXPECT_NEAR(before / depth, 4.0, 0.2) << steps;

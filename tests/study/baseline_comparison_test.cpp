@@ -50,8 +50,8 @@ TEST(BaselineComparison, GoneAndNewContactsAreCountedApart) {
     after.ticks[1].contacts.push_back(contact_at(7, 9, 1e-3));
     after.ticks[1].contacts.push_back(contact_at(8, 9, 1e-3));
     const AnswerDifference found = compare_answers(three_contacts(), after, nanometre);
-    EXPECT_EQ(found.missing, 1);
-    EXPECT_EQ(found.extra, 2);
+    EXPECT_EQ(found.false_negatives, 1);
+    EXPECT_EQ(found.false_positives, 2);
     EXPECT_EQ(found.compared, 2);
     EXPECT_FALSE(found.within({.length = 1.0, .angle = 10.0}));
 }
@@ -79,8 +79,8 @@ TEST(BaselineComparison, ALostContactAloneIsNotTheSame) {
     BaselineAnswer after = three_contacts();
     after.ticks[1].contacts.clear();
     const AnswerDifference found = compare_answers(three_contacts(), after, kilometre);
-    EXPECT_EQ(found.missing, 1);
-    EXPECT_EQ(found.extra, 0);
+    EXPECT_EQ(found.false_negatives, 1);
+    EXPECT_EQ(found.false_positives, 0);
     EXPECT_FALSE(found.within(kilometre));
     ASSERT_EQ(found.worst.size(), 1U);
     EXPECT_EQ(found.worst[0].what, ContactDifference::What::lost);
@@ -91,8 +91,8 @@ TEST(BaselineComparison, ALostContactAloneIsNotTheSame) {
 
 TEST(BaselineComparison, ANewContactAloneIsNotTheSame) {
     const AnswerDifference found = compare_answers({.ticks = {}}, three_contacts(), kilometre);
-    EXPECT_EQ(found.missing, 0);
-    EXPECT_EQ(found.extra, 3);
+    EXPECT_EQ(found.false_negatives, 0);
+    EXPECT_EQ(found.false_positives, 3);
     EXPECT_FALSE(found.within(kilometre));
     EXPECT_EQ(found.worst.at(0).what, ContactDifference::What::added);
     EXPECT_EQ(found.worst.at(0).tick, 40) << "the deepest first";
@@ -123,7 +123,7 @@ TEST(BaselineComparison, EachFigureHasItsTolerance) {
     EXPECT_FALSE(moved(0.0, 0.0, 1.1e-3));
 }
 
-TEST(BaselineComparison, TheTenWorstAreToldTheLostAndTheDeepestFirst) {
+TEST(BaselineComparison, TheTenWorstAreReportedTheLostAndTheDeepestFirst) {
     BaselineAnswer before;
     BaselineAnswer after;
     for (Index i = 0; i < 30; ++i) {
@@ -136,7 +136,7 @@ TEST(BaselineComparison, TheTenWorstAreToldTheLostAndTheDeepestFirst) {
         }
     }
     const AnswerDifference found = compare_answers(before, after, nanometre);
-    EXPECT_EQ(found.missing, 8);
+    EXPECT_EQ(found.false_negatives, 8);
     ASSERT_EQ(found.worst.size(), 10U);
     std::vector<std::int64_t> ticks;
     for (const ContactDifference& one : found.worst) ticks.push_back(one.tick);
@@ -158,7 +158,7 @@ TEST(BaselineComparison, SeveralContactsOfAPairAreHeldAgainstTheNearest) {
     after.ticks[0].contacts[0].point.x() = 0.01;
     after.ticks[0].contacts.erase(after.ticks[0].contacts.begin() + 2);
     const AnswerDifference found = compare_answers(before, after, nanometre);
-    EXPECT_EQ(found.missing, 1);
+    EXPECT_EQ(found.false_negatives, 1);
     EXPECT_EQ(found.compared, 3);
     EXPECT_NEAR(found.worst_point, 0.01, 1e-15);
     EXPECT_EQ(found.worst.at(0).before->point.x(), 0.2);
@@ -177,12 +177,12 @@ TEST(BaselineComparison, FewContactsAmongManyAreHeldAgainstTheNearestToo) {
         for (const std::size_t i : left) few.ticks[0].contacts.push_back(many.ticks[0].contacts[i]);
         const auto others = static_cast<std::int64_t>(150 - left.size());
         const AnswerDifference grown = compare_answers(few, many, nanometre);
-        EXPECT_EQ(grown.extra, others);
-        EXPECT_EQ(grown.missing, 0);
+        EXPECT_EQ(grown.false_positives, others);
+        EXPECT_EQ(grown.false_negatives, 0);
         EXPECT_EQ(grown.worst_point, 0.0) << left.size();
         const AnswerDifference shrunk = compare_answers(many, few, nanometre);
-        EXPECT_EQ(shrunk.missing, others);
-        EXPECT_EQ(shrunk.extra, 0);
+        EXPECT_EQ(shrunk.false_negatives, others);
+        EXPECT_EQ(shrunk.false_positives, 0);
         EXPECT_EQ(shrunk.worst_point, 0.0) << left.size();
     }
 }
@@ -202,8 +202,8 @@ TEST(BaselineComparison, BeyondTenThousandChoicesTheContactsOfAPairGoByTheirOrde
         }
         const AnswerDifference found = compare_answers(before, after, nanometre);
         EXPECT_EQ(found.compared, count);
-        EXPECT_EQ(found.missing, 0);
-        EXPECT_EQ(found.extra, 0);
+        EXPECT_EQ(found.false_negatives, 0);
+        EXPECT_EQ(found.false_positives, 0);
         EXPECT_NEAR(found.worst_point, worst, 1e-9);
     }
 }
@@ -244,16 +244,20 @@ struct ThreeOverThree {
     Frame frame;
 };
 
-TEST(BaselineTruth, PairsThatAreToldRightAreRight) {
+TEST(BaselineTruth, PairsThatAreReportedRightAreRight) {
     const TruthComparison found = ThreeOverThree().compare({contact_at(0, 3, 0.25), contact_at(1, 4, 0.0)});
-    EXPECT_EQ(found.figures(), (TruthFigures{.ticks = 1, .pairs = 2, .told = 2}));
+    EXPECT_EQ(found.figures(), (TruthFigures{.ticks = 1, .pairs = 2, .reported = 2}));
     EXPECT_TRUE(found.worst().empty());
 }
 
-TEST(BaselineTruth, MissedAndUntruePairsAreToldWithTheirSize) {
+TEST(BaselineTruth, MissedAndUntruePairsAreReportedWithTheirSize) {
     const TruthComparison found = ThreeOverThree().compare({contact_at(2, 5, 0.1), contact_at(2, 5, 0.2)});
-    EXPECT_EQ(found.figures(),
-              (TruthFigures{.ticks = 1, .pairs = 2, .told = 1, .missing = 2, .missing_touch = 1, .extra = 1}));
+    EXPECT_EQ(found.figures(), (TruthFigures{.ticks = 1,
+                                             .pairs = 2,
+                                             .reported = 1,
+                                             .false_negatives = 2,
+                                             .false_negatives_touch = 1,
+                                             .false_positives = 1}));
     ASSERT_EQ(found.worst().size(), 3U);
     EXPECT_EQ(found.worst()[0].what, ContactDifference::What::untrue);
     EXPECT_EQ(found.worst()[0].distance, 0.5);
@@ -261,7 +265,7 @@ TEST(BaselineTruth, MissedAndUntruePairsAreToldWithTheirSize) {
     EXPECT_EQ(found.worst()[1].what, ContactDifference::What::missed);
     EXPECT_EQ(found.worst()[1].a, 0);
     EXPECT_EQ(found.worst()[1].tick, 7);
-    EXPECT_EQ(found.worst()[1].before->depth, 0.25) << "what the coordinates tell";
+    EXPECT_EQ(found.worst()[1].before->depth, 0.25) << "what the coordinates report";
     EXPECT_TRUE(found.worst()[2].touch);
 }
 
@@ -269,44 +273,57 @@ TEST(BaselineTruth, AContactThatSaysApartIsNoUntruePair) {
     const ThreeOverThree scene;
     const TruthComparison found =
         scene.compare({contact_at(0, 3, -0.1), contact_at(1, 4, 0.0), contact_at(2, 5, -0.5)});
-    EXPECT_EQ(found.figures(), (TruthFigures{.ticks = 1, .pairs = 2, .told = 2})) << "but it finds a pair that meets";
+    EXPECT_EQ(found.figures(), (TruthFigures{.ticks = 1, .pairs = 2, .reported = 2}))
+        << "but it finds a pair that meets";
     Contact without_depth = contact_at(2, 5, Contact::unset);
-    EXPECT_EQ(scene.compare({without_depth}).figures().extra, 1);
+    EXPECT_EQ(scene.compare({without_depth}).figures().false_positives, 1);
 }
 
-TEST(BaselineTruth, NoWorseMeansNoLargerPartMissedOrUntrueAndNoLessLookedAt) {
-    const TruthFigures before{.ticks = 10, .pairs = 100, .told = 98, .missing = 4, .missing_touch = 0, .extra = 2};
+TEST(BaselineTruth, NoWorseMeansNoLargerPartMissedOrUntrueAndNoLessSearchedAt) {
+    const TruthFigures before{.ticks = 10,
+                              .pairs = 100,
+                              .reported = 98,
+                              .false_negatives = 4,
+                              .false_negatives_touch = 0,
+                              .false_positives = 2};
     const auto no_worse = [&before](const TruthFigures& after, std::int64_t ticks) {
         return is_no_worse(before, 10, after, ticks);
     };
     EXPECT_TRUE(no_worse(before, 10));
-    TruthFigures twice{.ticks = 20, .pairs = 200, .told = 196, .missing = 8, .missing_touch = 0, .extra = 4};
+    TruthFigures twice{.ticks = 20,
+                       .pairs = 200,
+                       .reported = 196,
+                       .false_negatives = 8,
+                       .false_negatives_touch = 0,
+                       .false_positives = 4};
     EXPECT_TRUE(no_worse(twice, 20));
-    EXPECT_FALSE(no_worse(twice, 21)) << "one tick of which nothing is told";
-    twice.missing = 9;
+    EXPECT_FALSE(no_worse(twice, 21)) << "one tick of which nothing is reported";
+    twice.false_negatives = 9;
     EXPECT_FALSE(no_worse(twice, 20));
-    twice.missing = 8;
-    twice.extra = 5;
+    twice.false_negatives = 8;
+    twice.false_positives = 5;
     EXPECT_FALSE(no_worse(twice, 20));
     EXPECT_FALSE(no_worse({}, 10)) << "says nothing of any tick";
-    EXPECT_TRUE(no_worse({.ticks = 10}, 10)) << "nothing meets, nothing is told";
-    EXPECT_FALSE(is_no_worse(TruthFigures{.ticks = 1}, 1, {.ticks = 1, .pairs = 1, .missing = 1}, 1));
+    EXPECT_TRUE(no_worse({.ticks = 10}, 10)) << "nothing meets, nothing is reported";
+    EXPECT_FALSE(is_no_worse(TruthFigures{.ticks = 1}, 1, {.ticks = 1, .pairs = 1, .false_negatives = 1}, 1));
 }
 
 TEST(BaselineTruth, TouchingPairsCountWhereNoneWereMissedBefore) {
-    const TruthFigures touching{.ticks = 1, .pairs = 10, .told = 7, .missing = 3, .missing_touch = 3};
-    EXPECT_FALSE(is_no_worse(TruthFigures{.ticks = 1, .pairs = 10, .told = 10}, 1, touching, 1));
-    const TruthFigures one_before{.ticks = 1, .pairs = 10, .told = 9, .missing = 1, .missing_touch = 1};
+    const TruthFigures touching{
+        .ticks = 1, .pairs = 10, .reported = 7, .false_negatives = 3, .false_negatives_touch = 3};
+    EXPECT_FALSE(is_no_worse(TruthFigures{.ticks = 1, .pairs = 10, .reported = 10}, 1, touching, 1));
+    const TruthFigures one_before{
+        .ticks = 1, .pairs = 10, .reported = 9, .false_negatives = 1, .false_negatives_touch = 1};
     EXPECT_TRUE(is_no_worse(one_before, 1, touching, 1));
     TruthFigures one_more = touching;
-    one_more.missing = 4;
+    one_more.false_negatives = 4;
     EXPECT_FALSE(is_no_worse(one_before, 1, one_more, 1)) << "one of these goes through";
 }
 
 TEST(BaselineTruth, WithoutFiguresOfBeforeNothingMayBeWrong) {
-    EXPECT_TRUE(is_no_worse(std::nullopt, 1, {.ticks = 1, .pairs = 5, .told = 5}, 1));
-    EXPECT_FALSE(is_no_worse(std::nullopt, 1, {.ticks = 1, .pairs = 5, .told = 4, .missing = 1}, 1));
-    EXPECT_FALSE(is_no_worse(std::nullopt, 1, {.ticks = 1, .pairs = 5, .told = 6, .extra = 1}, 1));
+    EXPECT_TRUE(is_no_worse(std::nullopt, 1, {.ticks = 1, .pairs = 5, .reported = 5}, 1));
+    EXPECT_FALSE(is_no_worse(std::nullopt, 1, {.ticks = 1, .pairs = 5, .reported = 4, .false_negatives = 1}, 1));
+    EXPECT_FALSE(is_no_worse(std::nullopt, 1, {.ticks = 1, .pairs = 5, .reported = 6, .false_positives = 1}, 1));
 }
 
 }  // namespace

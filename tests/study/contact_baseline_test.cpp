@@ -20,7 +20,8 @@ TEST(ContactBaseline, ReadsWhatItWrote) {
     baseline.detectors["two:k=1"] = three_contacts();
     baseline.detectors["three"] = {.outcome = "threw", .ticks = {}};
     baseline.detectors["one"].ticks[0].contacts[0].depth = Contact::unset;
-    const TruthFigures truth{.ticks = 5, .pairs = 9, .told = 8, .missing = 3, .missing_touch = 1, .extra = 2};
+    const TruthFigures truth{
+        .ticks = 5, .pairs = 9, .reported = 8, .false_negatives = 3, .false_negatives_touch = 1, .false_positives = 2};
     baseline.detectors["recorded"] = three_contacts();
     baseline.detectors["recorded"].every = 1;
     baseline.detectors["recorded"].truth = truth;

@@ -87,24 +87,24 @@ TEST_F(RunnerTest, RecordsComeInPlanOrder) {
     }
 }
 
-TEST_F(RunnerTest, ALongRunIsToldOfWhileItRuns) {
+TEST_F(RunnerTest, ALongRunIsReportedOfWhileItRuns) {
     RunnerOptions long_run = options("1) sleep 2.5;;");
-    std::map<const PlannedRun*, int> told;
+    std::map<const PlannedRun*, int> reported;
     std::map<const PlannedRun*, std::set<std::size_t>> done;
     long_run.progress = [&](std::size_t position, const PlannedRun* run) {
-        ++told[run];
+        ++reported[run];
         done[run].insert(position);
     };
     run_plan(plan_, long_run);
-    EXPECT_GE(told[&plan_[1]], 3) << "at its start and every second";
+    EXPECT_GE(reported[&plan_[1]], 3) << "at its start and every second";
     EXPECT_EQ(done[&plan_[1]], std::set<std::size_t>{1});
-    EXPECT_EQ(told[nullptr], 1);
+    EXPECT_EQ(reported[nullptr], 1);
 }
 
-/// Every child tells when it begins and ends; `jobs` children may be between the two at once.
+/// Every child reports when it begins and ends; `jobs` children may be between the two at once.
 TEST_F(RunnerTest, SideBySideRunWhatNobodyTimesAndNothingElse) {
     for (std::size_t i = 1; i < plan_.size(); ++i) {
-        plan_[i].spec.mode = i == 3 ? "certificate" : "hard_case";
+        plan_[i].spec.mode = i == 3 ? "metamorphic" : "hard_case";
         Record record;
         record.spec = plan_[i].spec;
         record.summary["answer"] = static_cast<double>(i);
@@ -112,13 +112,13 @@ TEST_F(RunnerTest, SideBySideRunWhatNobodyTimesAndNothingElse) {
     }
     RunnerOptions side_by_side = options("*) sleep 0.3; echo end $i >>$prepared/log;;");
     side_by_side.jobs = 2;
-    std::vector<std::size_t> told;  // how many are done or started
-    side_by_side.progress = [&told](std::size_t position, const PlannedRun*) { told.push_back(position); };
+    std::vector<std::size_t> reported;  // how many are done or started
+    side_by_side.progress = [&reported](std::size_t position, const PlannedRun*) { reported.push_back(position); };
     const RunnerResult result = run_plan(plan_, side_by_side);
     EXPECT_EQ(result.made, 4);
-    EXPECT_TRUE(std::is_sorted(told.begin(), told.end())) << testing::PrintToString(told);
-    EXPECT_EQ(told.front(), 0U);
-    EXPECT_EQ(told.back(), 4U);
+    EXPECT_TRUE(std::is_sorted(reported.begin(), reported.end())) << testing::PrintToString(reported);
+    EXPECT_EQ(reported.front(), 0U);
+    EXPECT_EQ(reported.back(), 4U);
     std::istringstream log(test::read_file(prepared() / "log"));
     int running = 0;
     int most = 0;
@@ -185,7 +185,7 @@ TEST_F(RunnerTest, HangIsEndedAndIsARow) {
     EXPECT_TRUE(all[3].outcome.ok());
 }
 
-TEST_F(RunnerTest, CrashAfterACompleteRecordKeepsTheRowsAndTellsTheFailure) {
+TEST_F(RunnerTest, CrashAfterACompleteRecordKeepsTheRowsAndReportsTheFailure) {
     run_plan(plan_, options("0) cp $prepared/0.json $out; kill -ABRT $$;;"));
     const std::vector<Record> all = records();
     EXPECT_EQ(all[0].outcome.kind, OutcomeKind::crashed);
@@ -287,14 +287,14 @@ TEST_F(RunnerTest, ChildKeepsNoSignalBlocked) {
 TEST(ShortenRows, KeepsFiveDigitsOfGeometryAndForce) {
     Record record;
     record.rows.resize(1);
-    record.rows[0].max_depth = 0.00123456789;
+    record.rows[0].residual_penetration = 0.00123456789;
     record.rows[0].tool_force = Vector3(-1234.56789, 0.0, 1.0 / 3.0);
-    record.summary["residual_max_m"] = 0.00123456789;
+    record.summary["residual_penetration_max_m"] = 0.00123456789;
     shorten_rows(record);
-    EXPECT_EQ(record.rows[0].max_depth, 0.0012346);
+    EXPECT_EQ(record.rows[0].residual_penetration, 0.0012346);
     EXPECT_EQ(record.rows[0].tool_force, Vector3(-1234.6, 0.0, 0.33333));
     EXPECT_TRUE(std::isnan(record.rows[0].depth_error)) << "n/a stays n/a";
-    EXPECT_EQ(record.summary["residual_max_m"], 0.00123456789);
+    EXPECT_EQ(record.summary["residual_penetration_max_m"], 0.00123456789);
 }
 
 TEST(ThinRows, KeepThePeaksOfEveryStretchAndWhatWentWrong) {
@@ -304,7 +304,7 @@ TEST(ThinRows, KeepThePeaksOfEveryStretchAndWhatWentWrong) {
     for (std::int64_t tick = 0; tick < 25; ++tick) {
         StepRow row;
         row.tick = tick;
-        row.max_depth = tick == 4 ? 2e-3 : 1e-3;
+        row.residual_penetration = tick == 4 ? 2e-3 : 1e-3;
         row.tool_force = Vector3(tick == 17 ? -3.0 : 1.0, 0.0, 0.0);
         row.truncated = tick == 21;
         record.rows.push_back(row);

@@ -36,16 +36,16 @@ protected:
     test::TemporaryFolder folder_;
 };
 
-constexpr const char* good = R"({"format":"trocar-study-1","name":"s","seed":5,"repetitions":3,"time_limit_s":2.5,
+constexpr const char* good = R"({"format":"trocar-study-2","name":"s","seed":5,"repetitions":3,"time_limit_s":2.5,
  "replay":{"scenes":["a.json","b.json"],"detectors":["ohc",{"method":"brute_force"}],"ticks":20,"repetitions":2},
  "closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"truth_stride":4,
    "responses":[{"method":"thesis:profile=faithful"},{"method":"penalty","setting":"tuned","basis":"five values of k"}],
-   "contacts":["canonical","native"]},
+   "contacts":["intersection","native"]},
  "triangle_pair":{"scenes":["b.json"],"response":"thesis"}})";
 
-TEST_F(StudyFile, AllStandsForEveryContestantAndAPatternForWhatFitsIt) {
+TEST_F(StudyFile, AllStandsForEveryMethodAndAPatternForWhatFitsIt) {
     std::ofstream(folder_.path() / "i2t_c.json") << "{}\n";
-    const Study study = read(R"({"format":"trocar-study-1","name":"s",
+    const Study study = read(R"({"format":"trocar-study-2","name":"s",
  "replay":{"scenes":["[ab].json"],"detectors":"all"},
  "closed_loop":{"scenes":["*_c.json","a.json"],"detectors":["ohc"],"responses":"all"}})");
     EXPECT_EQ(study.replay->scenes, (std::vector<std::string>{"a.json", "b.json"}));
@@ -58,7 +58,7 @@ TEST_F(StudyFile, AllStandsForEveryContestantAndAPatternForWhatFitsIt) {
     for (const StudyMethod& method : study.closed_loop->responses) responses.insert(method.text);
     for (const ResponseEntry& entry : registry().responses()) EXPECT_EQ(responses.contains(entry.name), !entry.control);
     EXPECT_NE(
-        complaint(R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["x*.json"],"detectors":"all"}})")
+        complaint(R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["x*.json"],"detectors":"all"}})")
             .find("/replay/scenes/0: expected a pattern of scene files, relative to the study file, or of names that "
                   "`trocar scenes` lists, got 'x*.json'"),
         std::string::npos);
@@ -72,16 +72,19 @@ TEST_F(StudyFile, AResponseThatTheContactsDoNotServeRunsOnItsOwnUnlessTheyAreNam
         }
         return found;
     };
-    const std::string before = R"({"format":"trocar-study-1","name":"s","closed_loop":{"scenes":["a.json"],)";
+    const std::string before = R"({"format":"trocar-study-2","name":"s","closed_loop":{"scenes":["a.json"],)";
     using Found = std::map<std::string, std::set<std::string>>;
-    EXPECT_EQ(sources(read(before + R"("detectors":["ohc"],"responses":["penalty","hold","thesis"]}})")),
-              (Found{{"penalty", {"tracked"}}, {"hold", {"tracked"}}, {"thesis", {"canonical"}}}));
     EXPECT_EQ(
-        sources(read(before + R"("detectors":["ohc"],"contacts":["canonical"],"responses":["penalty","hold"]}})")),
-        (Found{{"penalty", {"canonical"}}, {"hold", {"settled"}}}));
-    (void)read(before + R"("detectors":["ohc"],"contacts":["canonical"],"responses":["penalty"]}})");
-    EXPECT_EQ(sources(read_study(folder_.path() / "study.json", {"hold"})),
-              (Found{{"penalty", {"canonical"}}, {"hold", {"tracked"}}}));
+        sources(read(before + R"("detectors":["ohc"],"responses":["penalty","unilateral","thesis"]}})")),
+        (Found{
+            {"penalty", {"tracked_proximity"}}, {"unilateral", {"tracked_proximity"}}, {"thesis", {"intersection"}}}));
+    EXPECT_EQ(
+        sources(
+            read(before + R"("detectors":["ohc"],"contacts":["intersection"],"responses":["penalty","unilateral"]}})")),
+        (Found{{"penalty", {"intersection"}}, {"unilateral", {"settled"}}}));
+    (void)read(before + R"("detectors":["ohc"],"contacts":["intersection"],"responses":["penalty"]}})");
+    EXPECT_EQ(sources(read_study(folder_.path() / "study.json", {"unilateral"})),
+              (Found{{"penalty", {"intersection"}}, {"unilateral", {"tracked_proximity"}}}));
 }
 
 TEST_F(StudyFile, ANameThatNothingBesideItHasIsThatOfAShippedScene) {
@@ -92,7 +95,7 @@ TEST_F(StudyFile, ANameThatNothingBesideItHasIsThatOfAShippedScene) {
         std::ofstream(shipped.back()) << "{}\n";
     }
     const std::filesystem::path file = folder_.path() / "study.json";
-    std::ofstream(file) << R"({"format":"trocar-study-1","name":"s",
+    std::ofstream(file) << R"({"format":"trocar-study-2","name":"s",
  "replay":{"scenes":["a","lone","far_*.json"],"detectors":["ohc",{"method":"ohc_clustered","scenes":["lone"]}]}})";
     const Study study = read_study(file, {}, shipped);
     ASSERT_EQ(study.replay->scenes.size(), 4U);
@@ -105,15 +108,15 @@ TEST_F(StudyFile, ANameThatNothingBesideItHasIsThatOfAShippedScene) {
     EXPECT_TRUE(leads_to(3, shipped[2]));
     EXPECT_EQ(study.replay->detectors[1].scenes, (std::vector<std::string>{study.replay->scenes[1]}));
 
-    std::ofstream(file) << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["a.json"],"detectors":"all"}})";
+    std::ofstream(file) << R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["a.json"],"detectors":"all"}})";
     EXPECT_EQ(read_study(file, {}, shipped).replay->scenes, (std::vector<std::string>{"a.json"})) << "beside it first";
-    std::ofstream(file) << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["x/lone"],"detectors":"all"}})";
+    std::ofstream(file) << R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["x/lone"],"detectors":"all"}})";
     EXPECT_THROW((void)read_study(file, {}, shipped), InputError) << "a folder is meant as it stands";
 }
 
 TEST_F(StudyFile, APatternFitsWhereTheStudyIsNamedWithoutAFolder) {
     std::ofstream(folder_.path() / "study.json")
-        << R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["?.json"],"detectors":"all"}})";
+        << R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["?.json"],"detectors":"all"}})";
     const std::filesystem::path before = std::filesystem::current_path();
     std::filesystem::current_path(folder_.path());
     const std::vector<std::string> scenes = read_study("study.json").replay->scenes;
@@ -129,19 +132,19 @@ TEST_F(StudyFile, AMethodOfTheCommandLineTakesPartOnceWhereItsKindDoes) {
         for (const StudyMethod& method : methods) list.push_back(method.text);
         return list;
     };
-    const Study study = read_study(file, {"ohc_clustered", "hold", "ohc"});
+    const Study study = read_study(file, {"ohc_clustered", "unilateral", "ohc"});
     EXPECT_EQ(texts(study.replay->detectors), (std::vector<std::string>{"ohc", "brute_force", "ohc_clustered"}));
     EXPECT_EQ(texts(study.closed_loop->detectors), (std::vector<std::string>{"ohc", "ohc_clustered"}));
     EXPECT_EQ(texts(study.closed_loop->responses),
-              (std::vector<std::string>{"thesis:profile=faithful", "penalty", "hold"}));
-    for (const char* wrong : {"holt", "hold:nothing=1", ""}) {
+              (std::vector<std::string>{"thesis:profile=faithful", "penalty", "unilateral"}));
+    for (const char* wrong : {"holt", "unilateral:nothing=1", ""}) {
         EXPECT_THROW((void)read_study(file, {wrong}), InputError) << wrong;
     }
 }
 
-TEST_F(StudyFile, WhereTheReferenceDoesNotRunIsTold) {
+TEST_F(StudyFile, WhereTheReferenceDoesNotRunIsReported) {
     const std::string start =
-        R"({"format":"trocar-study-1","name":"s","reference":"ohc","replay":{"scenes":["a.json","b.json"],)";
+        R"({"format":"trocar-study-2","name":"s","reference":"ohc","replay":{"scenes":["a.json","b.json"],)";
     const std::string loop = R"(,"closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"]}})";
     EXPECT_TRUE(reference_notes(read(start + R"("detectors":["ohc"]})" + loop)).empty());
     EXPECT_TRUE(reference_notes(read(good)).empty());  // none asked for
@@ -170,7 +173,7 @@ TEST_F(StudyFile, IsReadAsWritten) {
 }
 
 TEST_F(StudyFile, CostBySizeTimesEveryStepperOnEverySceneAndJudgesNone) {
-    const Study study = read(R"({"format":"trocar-study-1","name":"s","cost_by_size":{"scenes":["a.json","b.json"],
+    const Study study = read(R"({"format":"trocar-study-2","name":"s","cost_by_size":{"scenes":["a.json","b.json"],
         "detectors":["ohc"],"responses":["penalty"],"steppers":["semi_implicit","implicit"],"ticks":20}})");
     std::set<std::string> runs;
     for (const PlannedRun& run : make_plan(study)) {
@@ -186,7 +189,7 @@ TEST_F(StudyFile, CostBySizeTimesEveryStepperOnEverySceneAndJudgesNone) {
     EXPECT_EQ(runs, expected);
 }
 
-constexpr const char* knobs = R"({"format":"trocar-study-1","name":"s",
+constexpr const char* knobs = R"({"format":"trocar-study-2","name":"s",
  "work_precision":{"ticks":1000,"sweeps":[
    {"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty","thesis"],"knob":"dt","values":[0.0005,0.002]},
    {"scenes":["a.json","b.json"],"detectors":["ohc"],"knob":"detector.cell","values":[0.01,"auto"]},
@@ -230,8 +233,8 @@ TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
     EXPECT_EQ(runs, expected);
 }
 
-TEST_F(StudyFile, ASweepRunsAMethodOnItsScenesAndTellsWhatHasNoContactsOfItsOwn) {
-    const Study study = read(R"({"format":"trocar-study-1","name":"s","work_precision":{"sweeps":[
+TEST_F(StudyFile, ASweepRunsAMethodOnItsScenesAndReportsWhatHasNoContactsOfItsOwn) {
+    const Study study = read(R"({"format":"trocar-study-2","name":"s","work_precision":{"sweeps":[
        {"scenes":["a.json","b.json"],"detectors":["ohc"],
         "responses":["thesis",{"method":"penalty","scenes":["b.json"]}],"knob":"k","values":[5]},
        {"scenes":["a.json"],"detectors":["ohc","fcl_bvh"],"responses":["penalty","thesis"],"contacts":"native",
@@ -244,9 +247,9 @@ TEST_F(StudyFile, ASweepRunsAMethodOnItsScenesAndTellsWhatHasNoContactsOfItsOwn)
     }
     if (ends.at("a|fcl_bvh|penalty|native") == "absent") GTEST_SKIP() << "without FCL";
     const std::map<std::string, std::string> expected{
-        {"a|ohc|thesis|canonical", "to do"},       {"b|ohc|thesis|canonical", "to do"},
-        {"b|ohc|penalty|tracked", "to do"},        {"a|ohc|penalty|native", "unsupported"},
-        {"a|ohc|thesis|native", "unsupported"},    {"a|fcl_bvh|penalty|native", "to do"},
+        {"a|ohc|thesis|canonical", "to do"},          {"b|ohc|thesis|canonical", "to do"},
+        {"b|ohc|penalty|tracked_proximity", "to do"}, {"a|ohc|penalty|native", "unsupported"},
+        {"a|ohc|thesis|native", "unsupported"},       {"a|fcl_bvh|penalty|native", "to do"},
         {"a|fcl_bvh|thesis|native", "unsupported"}};
     EXPECT_EQ(ends, expected);
 }
@@ -266,7 +269,7 @@ TEST_F(StudyFile, ANewTickKeepsTheTimeOfTheRun) {
 
 TEST_F(StudyFile, BadKnobsAreNamedWithTheirPlace) {
     const std::string head =
-        R"({"format":"trocar-study-1","name":"s","work_precision":{"sweeps":[{"scenes":["a.json"],)";
+        R"({"format":"trocar-study-2","name":"s","work_precision":{"sweeps":[{"scenes":["a.json"],)";
     const std::vector<std::pair<std::string, std::string>> faults{
         {head + R"("detectors":["ohc"],"responses":["penalty"],"knob":"mass","values":[1]}]}})", "/0/knob"},
         {head + R"("detectors":["ohc"],"knob":"dt","values":[0.001]}]}})", "responses"},
@@ -281,7 +284,7 @@ TEST_F(StudyFile, BadKnobsAreNamedWithTheirPlace) {
 }
 
 TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
-    const std::string head = R"({"format":"trocar-study-1","name":"s",)";
+    const std::string head = R"({"format":"trocar-study-2","name":"s",)";
     const std::string replay = R"("replay":{"scenes":["a.json"],"detectors":["ohc"])";
     const std::vector<std::pair<std::string, std::string>> faults{
         {head + R"("replays":{}})", "/replays"},
@@ -327,10 +330,10 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
         {head + R"("triangle_pair":{"scenes":["a.json"],"response":"ohc"}})", "/triangle_pair/response"},
         {head + R"("reference":"brute_force",)" + replay + "}}", "/reference"},
         {R"({"format":"trocar-study-2","name":"s"})", "/format"},
-        {R"({"format":"trocar-study-1","name":"../s",)" + replay + "}}", "/name"},
-        {R"({"format":"trocar-study-1",)" + replay + "}}", "name"},
-        {R"({"format":"trocar-study-1","name":"s"})", "replay"},
-        {R"({"format":"trocar-study-1","name":)", "line 1"},
+        {R"({"format":"trocar-study-2","name":"../s",)" + replay + "}}", "/name"},
+        {R"({"format":"trocar-study-2",)" + replay + "}}", "name"},
+        {R"({"format":"trocar-study-2","name":"s"})", "replay"},
+        {R"({"format":"trocar-study-2","name":)", "line 1"},
         {"[]", "object"},
     };
     for (const auto& [text, place] : faults) {
@@ -342,11 +345,11 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
 }
 
 TEST_F(StudyFile, OneDeviceServesEveryRunWithAResponse) {
-    const std::string head = R"({"format":"trocar-study-1","name":"s",)";
+    const std::string head = R"({"format":"trocar-study-2","name":"s",)";
     const std::string parts = R"("replay":{"scenes":["a.json"],"detectors":["ohc"]},
         "closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty","thesis"]},
-        "paced":{"scenes":["a.json"],"detectors":["ohc"],"responses":["hold"]},
-        "certificate":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"]}})";
+        "paced":{"scenes":["a.json"],"detectors":["ohc"],"responses":["unilateral"]},
+        "metamorphic test":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"]}})";
     const std::string given = "tip=sum,saturation=3,rate=0,filter=150,ramp=0";
     const std::map<std::string, std::string> devices{
         {"", "tip=fulcrum,saturation=8.5,rate=0,filter=0,ramp=0"},
@@ -390,7 +393,7 @@ TEST_F(StudyFile, PlanHoldsEveryCombinationOnce) {
     }
     EXPECT_EQ(keys.size(), plan.size());
     // Replay 2 scenes x 2 detectors x 2; closed loop 1 x 1 x 2 responses x 3; triangle pairs 3; ohc has no contacts of
-    // its own and thesis cannot read such contacts, each told once.
+    // its own and thesis cannot read such contacts, each reported once.
     EXPECT_EQ(unsupported, 2U);
     EXPECT_EQ(plan.size(), 8U + 6U + 3U + 2U);
 }
@@ -399,7 +402,7 @@ TEST_F(StudyFile, EachPartIsRepeatedAsOftenAsItSays) {
     const auto repeated = [](int times) { return ",\"repetitions\":" + std::to_string(times) + "}"; };
     for (const std::array<int, 3>& times : {std::array{1, 2, 3}, std::array{2, 3, 1}, std::array{3, 1, 2}}) {
         const Study study = read(
-            R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["a.json"],"detectors":["ohc"])" +
+            R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["a.json"],"detectors":["ohc"])" +
             repeated(times[0]) + R"(,"closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"])" +
             repeated(times[1]) + R"(,"triangle_pair":{"scenes":["b.json"],"response":"thesis")" + repeated(times[2]) +
             "}");
@@ -410,15 +413,15 @@ TEST_F(StudyFile, EachPartIsRepeatedAsOftenAsItSays) {
     }
 }
 
-TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsToldOnce) {
+TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsReportedOnce) {
     const auto& detectors = registry().detectors();
     const auto detector = std::find_if(detectors.begin(), detectors.end(),
                                        [](const DetectorEntry& entry) { return entry.native_contacts; });
     if (detector == detectors.end()) GTEST_SKIP() << "this build has no detector with native contacts";
     const Study study =
-        read(R"({"format":"trocar-study-1","name":"s","repetitions":2,"closed_loop":{)"
+        read(R"({"format":"trocar-study-2","name":"s","repetitions":2,"closed_loop":{)"
              R"("scenes":["a.json","b.json"],"detectors":[")" +
-             detector->name + R"("],"responses":["thesis","penalty"],"contacts":["canonical","native"]}})");
+             detector->name + R"("],"responses":["thesis","penalty"],"contacts":["intersection","native"]}})");
     int thesis_rows = 0;
     int penalty_runs = 0;
     for (const PlannedRun& run : make_plan(study)) {
@@ -428,7 +431,7 @@ TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsToldOnce) {
             ++thesis_rows;
             ASSERT_TRUE(run.settled);
             EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
-            EXPECT_NE(run.settled->message.find("from contacts tracked, near, canonical, not from 'native'"),
+            EXPECT_NE(run.settled->message.find("from contacts tracked_proximity, near, canonical, not from 'native'"),
                       std::string::npos);
         } else {
             ++penalty_runs;
@@ -439,7 +442,7 @@ TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsToldOnce) {
     EXPECT_EQ(penalty_runs, 2 * 2);
 }
 
-TEST_F(StudyFile, RepetitionsAreBlocksOfInterleavedContestants) {
+TEST_F(StudyFile, RepetitionsAreBlocksOfInterleavedMethods) {
     std::int64_t last = 0;
     for (const PlannedRun& run : make_plan(read(good))) {
         EXPECT_GE(run.spec.repetition, last);
@@ -450,7 +453,7 @@ TEST_F(StudyFile, RepetitionsAreBlocksOfInterleavedContestants) {
 
 TEST_F(StudyFile, APacedRunTakesTheTimeThatTheClockGivesItsTicks) {
     std::vector<PlannedRun> plan =
-        make_plan(read(R"({"format":"trocar-study-1","name":"s","paced":{"scenes":["a.json"],"detectors":["ohc"],)"
+        make_plan(read(R"({"format":"trocar-study-2","name":"s","paced":{"scenes":["a.json"],"detectors":["ohc"],)"
                        R"("responses":["penalty"],"ticks":3000}})"));
     ASSERT_EQ(plan.size(), 1U);
     complete_run({.name = "a", .hash = {}, .pair_class = {}, .dt = 0.002, .triangles = 100000}, plan[0]);
@@ -463,7 +466,7 @@ TEST_F(StudyFile, APacedRunTakesTheTimeThatTheClockGivesItsTicks) {
 
 TEST_F(StudyFile, ARunOfMoreTicksThanARecordHoldsIsRefusedBeforeItIsMade) {
     std::vector<PlannedRun> plan =
-        make_plan(read(R"({"format":"trocar-study-1","name":"s","paced":{"scenes":["a.json"],"detectors":["ohc"],)"
+        make_plan(read(R"({"format":"trocar-study-2","name":"s","paced":{"scenes":["a.json"],"detectors":["ohc"],)"
                        R"("responses":["penalty"],"ticks":400000}})"));
     const SceneFacts facts{.name = "a", .hash = {}, .pair_class = {}, .dt = 0.002, .triangles = 1000};
     complete_run(facts, plan[0]);
@@ -478,7 +481,7 @@ TEST_F(StudyFile, ARunOfMoreTicksThanARecordHoldsIsRefusedBeforeItIsMade) {
 
 TEST_F(StudyFile, MethodRunsOnItsOwnScenesOnly) {
     const std::vector<PlannedRun> plan =
-        make_plan(read(R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["a.json","b.json"],)"
+        make_plan(read(R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["a.json","b.json"],)"
                        R"("detectors":["ohc",{"method":"brute_force","scenes":["b.json"]}]}})"));
     EXPECT_EQ(plan.size(), 3U);
     for (const PlannedRun& run : plan) {
@@ -488,45 +491,47 @@ TEST_F(StudyFile, MethodRunsOnItsOwnScenesOnly) {
 
 TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndSources) {
     const Study study = read(
-        R"({"format":"trocar-study-1","name":"s","ours":"hold","quotes":"seen elsewhere","closed_loop":{"scenes":["a.json"],
-        "detectors":["ohc",{"method":"brute_force","judged":false}],"contacts":["canonical","tracked"],
-        "detail_stride":7,"responses":[{"method":"hold","contacts":["tracked"]},
-        {"method":"penalty","detectors":["ohc"],"contacts":["canonical"]}]}})");
+        R"({"format":"trocar-study-2","name":"s","ours":"unilateral","quotes":"seen elsewhere","closed_loop":{"scenes":["a.json"],
+        "detectors":["ohc",{"method":"brute_force","judged":false}],"contacts":["intersection","tracked_proximity"],
+        "detail_stride":7,"responses":[{"method":"unilateral","contacts":["tracked_proximity"]},
+        {"method":"penalty","detectors":["ohc"],"contacts":["intersection"]}]}})");
     std::set<std::string> runs;
     for (const PlannedRun& run : make_plan(study)) {
         EXPECT_FALSE(run.settled) << "what was not chosen is no row";
         EXPECT_EQ(run.spec.detail_stride, 7);
         EXPECT_EQ(run.spec.truth_stride, run.spec.detector == "brute_force" ? 0 : 1);
         runs.insert(run.spec.detector + " " + run.spec.response + " " + run.spec.contacts);
-        EXPECT_EQ(method_facts(study, run).at("study.ours"), "hold");
+        EXPECT_EQ(method_facts(study, run).at("study.ours"), "unilateral");
         EXPECT_EQ(method_facts(study, run).at("study.quotes"), "seen elsewhere");
     }
-    EXPECT_EQ(runs, (std::set<std::string>{"ohc hold tracked", "brute_force hold tracked", "ohc penalty canonical"}));
-    const std::string head = R"({"format":"trocar-study-1","name":"s","closed_loop":{"scenes":["a.json"],)";
+    EXPECT_EQ(runs, (std::set<std::string>{"ohc hold tracked_proximity", "brute_force hold tracked_proximity",
+                                           "ohc penalty intersection"}));
+    const std::string head = R"({"format":"trocar-study-2","name":"s","closed_loop":{"scenes":["a.json"],)";
     EXPECT_NE(
         complaint(head + R"("detectors":["ohc"],"responses":[{"method":"penalty","detectors":["brute_force"]}]}})")
             .find("/closed_loop/responses/0/detectors/0"),
         std::string::npos);
-    EXPECT_NE(complaint(head + R"("detectors":["ohc"],"responses":[{"method":"penalty","contacts":["near"]}]}})")
+    EXPECT_NE(complaint(head + R"("detectors":["ohc"],"responses":[{"method":"penalty","contacts":["proximity"]}]}})")
                   .find("/closed_loop/responses/0/contacts/0"),
               std::string::npos);
-    EXPECT_NE(complaint(R"({"format":"trocar-study-1","name":"s","ours":"hold","closed_loop":{"scenes":["a.json"],
+    EXPECT_NE(complaint(R"({"format":"trocar-study-2","name":"s","ours":"unilateral","closed_loop":{"scenes":["a.json"],
         "detectors":["ohc"],"responses":["penalty"]}})")
                   .find("/ours"),
               std::string::npos);
 }
 
 TEST_F(StudyFile, AnAblationOfOneSettingTurnsItsOptionsAndItsSource) {
-    const std::string head = R"({"format":"trocar-study-1","name":"s","ablation":{"scenes":["a.json"],
-        "detector":"ohc","from":"hold","switches":[)";
+    const std::string head = R"({"format":"trocar-study-2","name":"s","ablation":{"scenes":["a.json"],
+        "detector":"ohc","from":"unilateral","switches":[)";
     const Study study =
-        read(head + R"({"parameter":"source","to":"near"},{"parameter":"contact_offset","to":"0.05"}]}})");
+        read(head + R"({"parameter":"source","to":"proximity"},{"parameter":"contact_offset","to":"0.05"}]}})");
     std::map<std::string, std::pair<std::string, std::string>> runs;  // by knob: response and source
     for (const PlannedRun& run : make_plan(study)) runs[run.spec.knob] = {run.spec.response, run.spec.contacts};
     ASSERT_EQ(runs.size(), 3U);
-    EXPECT_EQ(runs.at(""), (std::pair<std::string, std::string>("hold", "tracked")));
-    EXPECT_EQ(runs.at("source"), (std::pair<std::string, std::string>("hold", "near")));
-    EXPECT_EQ(runs.at("contact_offset"), (std::pair<std::string, std::string>("hold:contact_offset=0.05", "tracked")));
+    EXPECT_EQ(runs.at(""), (std::pair<std::string, std::string>("unilateral", "tracked_proximity")));
+    EXPECT_EQ(runs.at("source"), (std::pair<std::string, std::string>("unilateral", "proximity")));
+    EXPECT_EQ(runs.at("contact_offset"),
+              (std::pair<std::string, std::string>("unilateral:contact_offset=0.05", "tracked_proximity")));
     EXPECT_NE(complaint(head + R"({"parameter":"source","to":"nobody"}]}})").find("/ablation/switches/0/to"),
               std::string::npos);
     EXPECT_NE(
@@ -538,7 +543,7 @@ TEST_F(StudyFile, AbsentMethodBecomesRowsWithItsReason) {
     if (registry().absent_detectors().empty()) GTEST_SKIP() << "this build has every detector";
     const AbsentMethod& absent = registry().absent_detectors().front();
     const Study study =
-        read(R"({"format":"trocar-study-1","name":"s","replay":{"scenes":["a.json"],"detectors":["ohc",")" +
+        read(R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["a.json"],"detectors":["ohc",")" +
              absent.name + R"("]}})");
     const std::vector<PlannedRun> plan = make_plan(study);
     ASSERT_EQ(plan.size(), 2U);
@@ -573,9 +578,10 @@ TEST_F(StudyFile, HardCasesArePlannedByTheirKind) {
     };
     add("meshes", R"({"of":"m","reason":"r","pairs":[[0,1]],"touch":[0]})");
     add("refused", R"({"of":"f","reason":"r","bad_input":"line 4"})");
-    add("moving", R"({"of":"s","reason":"r","scene":"../../a.json","at_most":{"residual_max_m":0.001},"ticks":70})");
+    add("moving",
+        R"({"of":"s","reason":"r","scene":"../../a.json","at_most":{"residual_penetration_max_m":0.001},"ticks":70})");
     add("elsewhere", R"({"of":"t","reason":"r","tested":"some_test.cpp: Name"})");
-    const Study study = read(R"({"format":"trocar-study-1","name":"s","repetitions":3,"hard_cases":{"folder":"hard",
+    const Study study = read(R"({"format":"trocar-study-2","name":"s","repetitions":3,"hard_cases":{"folder":"hard",
         "families":["data:x/pairs.txt"],"detectors":["ohc","brute_force"],"responses":["penalty"]}})");
     const std::vector<PlannedRun> plan = make_plan(study);
     std::multiset<std::string> runs;
@@ -587,27 +593,27 @@ TEST_F(StudyFile, HardCasesArePlannedByTheirKind) {
         if (run.spec.scene == "moving") {
             EXPECT_EQ(run.spec.scene_file, "a.json");
             EXPECT_EQ(run.spec.ticks, 70);
-            EXPECT_EQ(run.facts.at("case.at_most.residual_max_m"), "0.001");
+            EXPECT_EQ(run.facts.at("case.at_most.residual_penetration_max_m"), "0.001");
         }
     }
     EXPECT_EQ(runs, (std::multiset<std::string>{"meshes ohc ", "meshes brute_force ", "refused  ", "moving ohc penalty",
                                                 "elsewhere  settled", "pairs ohc ", "pairs brute_force "}));
 }
 
-TEST_F(StudyFile, CertificateAsksEveryMethodInAtLeastTwoProcesses) {
-    const std::string head = R"({"format":"trocar-study-1","name":"s","certificate":{"scenes":["a.json"],)";
+TEST_F(StudyFile, MetamorphicAsksEveryMethodInAtLeastTwoProcesses) {
+    const std::string head = R"({"format":"trocar-study-2","name":"s","metamorphic test":{"scenes":["a.json"],)";
     const Study study = read(head + R"("detectors":["ohc","brute_force"],"responses":["penalty"]}})");
     const std::vector<PlannedRun> plan = make_plan(study);
     EXPECT_EQ(plan.size(), 6U);
     for (const PlannedRun& run : plan) {
         EXPECT_TRUE(run.spec.response.empty() || run.spec.detector == "ohc");
     }
-    EXPECT_NE(complaint(head + R"("detectors":["ohc"],"repetitions":1}})").find("/certificate/repetitions"),
+    EXPECT_NE(complaint(head + R"("detectors":["ohc"],"repetitions":1}})").find("/metamorphic test/repetitions"),
               std::string::npos);
 }
 
 TEST_F(StudyFile, ASwitchMayNeedSomethingElseToBeSet) {
-    const Study study = read(R"({"format":"trocar-study-1","name":"s","ablation":{"scenes":["a.json"],"detector":"ohc",
+    const Study study = read(R"({"format":"trocar-study-2","name":"s","ablation":{"scenes":["a.json"],"detector":"ohc",
         "from":"thesis:profile=faithful","to":"thesis:profile=corrected","switches":[
         {"parameter":"l_max","to":"1","with":"k=300,n_back=5","silent":{"to":"nobody asks"}}]}})");
     std::map<std::string, const PlannedRun*> by_point;
@@ -619,12 +625,12 @@ TEST_F(StudyFile, ASwitchMayNeedSomethingElseToBeSet) {
               "thesis:k=300,l_max=1,n_back=5,profile=corrected");
     EXPECT_EQ(by_point.at("to; k=300,n_back=5 with 1")->facts.at("ablation.silent"), "nobody asks");
     EXPECT_FALSE(by_point.at("from; k=300,n_back=5 with 1")->facts.contains("ablation.silent"));
-    const std::string bad = R"({"format":"trocar-study-1","name":"s","ablation":{"scenes":["a.json"],"detector":"ohc",
+    const std::string bad = R"({"format":"trocar-study-2","name":"s","ablation":{"scenes":["a.json"],"detector":"ohc",
         "from":"thesis","to":"thesis","switches":[{"parameter":"l_max","to":"1","with":"ks=300"}]}})";
     EXPECT_NE(complaint(bad).find("/ablation/switches/0/with"), std::string::npos) << complaint(bad);
 }
 
-/// Names that an ablation of the project turns, and those that the list tells for its response.
+/// Names that an ablation of the project turns, and those that the list reports for its response.
 std::pair<std::set<std::string>, std::set<std::string>> turned_and_declared(const std::string& file,
                                                                             const std::string& response) {
     const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / file);
@@ -635,9 +641,9 @@ std::pair<std::set<std::string>, std::set<std::string>> turned_and_declared(cons
     return {turned, declared};
 }
 
-TEST(ShippedAblation, TurnsEveryParameterThatTheListTellsForHoldAndItsSource) {
-    auto [turned, declared] = turned_and_declared("ablation_hold.json", "hold");
-    declared.insert(source_switch);
+TEST(ShippedAblation, TurnsEveryParameterThatTheListReportsForHoldAndItsSource) {
+    auto [turned, declared] = turned_and_declared("ablation_unilateral.json", "unilateral");
+    declared.insert(generator_switch);
     EXPECT_EQ(turned, declared);
 }
 
@@ -653,7 +659,7 @@ TEST(ShippedDefaultStudy, RunsEveryResponseOnEveryOneOfItsScenesAndJudgesEveryTi
         }
     }
     for (const ResponseEntry& entry : registry().responses()) {
-        if (entry.name == "example") continue;  // the file to copy is no contestant
+        if (entry.name == "example") continue;  // the file to copy is no method
         EXPECT_EQ(judged[entry.name].size(), study.closed_loop->scenes.size()) << entry.name;
     }
     // Nor has page 1 scenes of which its table of responses says nothing.

@@ -102,7 +102,7 @@ public:
     Materials materials;
     Frame frame;
     ContactSet contacts;
-    Effect effect;
+    ResponseOutput output;
     std::vector<Wrench> reaction;
     Outcome outcome;
     std::int64_t ruptures = 0;  ///< in the last tick
@@ -137,13 +137,13 @@ public:
         response_->prepare(topology, materials);
         detector_ = make_detector("brute_force");
         detector_->prepare(topology, frame);
-        const SourceEntry& source = registry().source(default_source(spec));
-        wants_reach_ = source.wants_reach;
-        source_ = make_source(source.name);
+        const ContactGeneratorEntry& source = registry().contact_generator(default_contact_generator(spec));
+        wants_query_distance_ = source.wants_query_distance;
+        source_ = make_contact_generator(source.name);
         source_->prepare(topology, frame);
         tissue_ = std::make_unique<MassSpring>(topology, materials);
         rupture_.prepare(topology, materials);
-        effect.resize(total, topology.body_count());
+        output.resize(total, topology.body_count());
         reaction.assign(bodies_.size(), {});
     }
 
@@ -162,29 +162,29 @@ public:
             if (bodies_[b].offset) frame.pose[b].translation = bodies_[b].offset(frame.time);
         }
         contacts.clear();
-        detector_->update(frame, wants_reach_ ? reach() : 0.0);
+        detector_->update(frame, wants_query_distance_ ? query_distance() : 0.0);
         detector_->detect(frame, contacts);
         source_->gather(frame, contacts);
-        response_->respond(frame, dt, contacts, tissue_->loads(), effect);
+        response_->respond(frame, dt, contacts, tissue_->loads(), output);
         reaction.assign(bodies_.size(), {});
-        outcome = tissue_->advance(effect, dt, frame, reaction);
-        ruptures = rupture_.judge(frame, effect, tissue_->loads(), dt);
+        outcome = tissue_->advance(output, dt, frame, reaction);
+        ruptures = rupture_.judge(frame, output, tissue_->loads(), dt);
         return outcome.ok();
     }
 
-    /// Mean force on a body over the last tick: linear contacts as integrated, and the effect's wrenches, N.
+    /// Mean force on a body over the last tick: contact force laws as integrated, and the output's wrenches, N.
     [[nodiscard]] Vector3 tool_force(std::size_t body) const {
-        return reaction[body].force + effect.wrench[body].force;
+        return reaction[body].force + output.wrench[body].force;
     }
     /// N, on an instrument at the frame that the last response saw, tissue as it is now.
-    [[nodiscard]] Vector3 shown_force(Index body) const { return test::shown_force(topology, frame, dt, effect, body); }
+    [[nodiscard]] Vector3 shown_force(Index body) const { return test::shown_force(topology, frame, dt, output, body); }
     [[nodiscard]] const MassSpring& tissue() const { return *tissue_; }
     [[nodiscard]] Response& response() { return *response_; }
     void set_jaw(std::size_t body, double jaw) { frame.pose[body].jaw = jaw; }
 
 private:
     /// m: wide enough for what has moved, without the care that a run takes to keep it for long.
-    [[nodiscard]] double reach() const {
+    [[nodiscard]] double query_distance() const {
         constexpr double margin = 0.5e-3;  // of edges of 5 mm
         return margin + std::sqrt((frame.position - frame.previous).colwise().squaredNorm().maxCoeff());
     }
@@ -215,13 +215,14 @@ private:
         for (std::size_t b = 0; b < bodies_.size(); ++b) {
             if (bodies_[b].kind != BodyKind::tissue) continue;
             const BodyRange& body = topology.bodies[b];
-            double reach = 0.0;
+            double query_distance = 0.0;
             const Matrix3X start = frame.position.middleCols(body.vertices.first, body.vertices.count);
             const Vector3 centre = start.rowwise().mean();
-            reach = (start.colwise() - centre).topRows<2>().cwiseAbs().maxCoeff();
+            query_distance = (start.colwise() - centre).topRows<2>().cwiseAbs().maxCoeff();
             for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
                 const double here = (frame.position.col(v) - centre).head<2>().cwiseAbs().maxCoeff();
-                materials.pinned[static_cast<std::size_t>(v)] = bodies_[b].pin_rim && here > reach - 1e-9 ? 1 : 0;
+                materials.pinned[static_cast<std::size_t>(v)] =
+                    bodies_[b].pin_rim && here > query_distance - 1e-9 ? 1 : 0;
             }
             for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
                 const auto corner = topology.triangles.col(t);
@@ -280,8 +281,8 @@ private:
     std::vector<LoopBody> bodies_;
     std::unique_ptr<Response> response_;
     std::unique_ptr<Detector> detector_;
-    std::unique_ptr<ContactSource> source_;
-    bool wants_reach_ = false;
+    std::unique_ptr<ContactGenerator> source_;
+    bool wants_query_distance_ = false;
     std::unique_ptr<MassSpring> tissue_;
     Rupture rupture_;
 };

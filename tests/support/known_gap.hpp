@@ -1,4 +1,4 @@
-// A test of something that does not hold yet: told, and a failure as soon as it does.
+// A test of something that does not hold yet: reported, and a failure as soon as it does.
 #pragma once
 
 #include <gtest/gtest-spi.h>

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "contact/contact_set.hpp"
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "method/registry.hpp"
 #include "scene/world.hpp"
+#include "support/reported_contacts.hpp"
 #include "support/shown_force.hpp"
-#include "support/told_contacts.hpp"
 #include "tissue/mass_spring.hpp"
 
 namespace trocar::test {
@@ -22,12 +22,12 @@ struct PairSample {
     Materials materials;
     Frame frame;
     ContactSet contacts;
-    Effect effect;
+    ResponseOutput output;
     // Of the last `step`.
     Frame before;
     Outcome outcome;
     std::vector<Wrench> load;  ///< per body, of contacts on tissue
-    std::vector<ContactLoad> loads;
+    std::vector<ContactForce> loads;
 
     PairSample(BodyKind kind_a, BodyKind kind_b, const Matrix3X& corners) {
         Triangles one(3, 1);
@@ -51,16 +51,16 @@ struct PairSample {
         materials.contact_laws.assign(topology.body_pairs.size(), {});
         materials.trocar_point.assign(2, std::nullopt);
         materials.tip.assign(2, Vector3::Zero());
-        effect.resize(6, 2);
+        output.resize(6, 2);
     }
 
-    /// The response that has answered; whoever takes the effect further keeps it, since a solver of it is its own.
+    /// The response that has answered; whoever takes the output further keeps it, since a solver of it is its own.
     std::unique_ptr<Response> respond(const std::string& method) {
         const MethodSpec spec = parse_method(method);
         std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
         response->prepare(topology, materials);
-        test::tell_at_tick_start(topology, frame, contacts);
-        response->respond(frame, dt, contacts, {}, effect);
+        test::report_at_tick_start(topology, frame, contacts);
+        response->respond(frame, dt, contacts, {}, output);
         return response;
     }
     /// Answers and takes the frame over one tick under that, by the default stepper.
@@ -69,7 +69,7 @@ struct PairSample {
         before = frame;
         MassSpring tissue(topology, materials);
         load.assign(2, {});
-        outcome = tissue.advance(effect, dt, frame, load);
+        outcome = tissue.advance(output, dt, frame, load);
         loads.assign(tissue.loads().begin(), tissue.loads().end());
     }
     /// N, mean over the last `step` of all that has acted on a tissue vertex.
@@ -78,7 +78,7 @@ struct PairSample {
                (frame.velocity.col(vertex) - before.velocity.col(vertex));
     }
     /// N, on an instrument at the frame.
-    [[nodiscard]] Vector3 shown_force(Index body) const { return test::shown_force(topology, frame, dt, effect, body); }
+    [[nodiscard]] Vector3 shown_force(Index body) const { return test::shown_force(topology, frame, dt, output, body); }
 
 private:
     static constexpr double dt = 1e-3;  // s

@@ -9,9 +9,11 @@
 
 namespace trocar::test {
 
-/// The contact source of meeting triangles where the response can read it, else the response's own.
+/// The contact generator of meeting triangles where the response can read it, else the response's own.
 inline std::string meeting_triangles_or_own(const MethodSpec& response) {
-    return why_unreadable(registry().source("canonical"), response).empty() ? "canonical" : default_source(response);
+    return why_unreadable(registry().contact_generator("intersection"), response).empty()
+               ? "intersection"
+               : default_contact_generator(response);
 }
 
 /// With the fast detector; the depth is measured on every `truth_stride`-th tick. `ticks`: 0 = as the scene says;
@@ -23,7 +25,7 @@ inline Record run_scene_with(const Scene& scene, const std::string& response, st
     spec.mode = "closed_loop";
     spec.detector = "ohc_clustered";
     spec.response = response;
-    spec.contacts = contacts.empty() ? default_source(parse_method(response)) : contacts;
+    spec.contacts = contacts.empty() ? default_contact_generator(parse_method(response)) : contacts;
     spec.ticks = ticks;
     spec.truth_stride = truth_stride;
     spec.stepper = stepper;

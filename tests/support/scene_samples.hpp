@@ -21,7 +21,7 @@ inline Scene scene_from_text(const std::string& text) {
 /// A ball of 8 mm goes straight down into a pinned sheet at z = 0: its lowest point from +3 mm to -2 mm in 40 ms, and
 /// stays there.
 inline std::string poke_text() {
-    return R"({"format":"trocar-scene-1","name":"poke","unit":"m","dt":0.001,"ticks":60,"seed":1,"bodies":[
+    return R"({"format":"trocar-scene-2","name":"poke","unit":"m","dt":0.001,"ticks":60,"seed":1,"bodies":[
       {"name":"sheet","kind":"tissue","closed":false,"parts":[{"shape":"sheet","size":[0.06,0.06],"edge":0.006}]},
       {"name":"tool","kind":"instrument","closed":true,"parts":[{"shape":"sphere","radius":0.008,"edge":0.002}],
        "motion":{"drive":"prescribed","keys":[{"time":0,"pose":[0.001,0.0007,0.011,0,0,0]},
@@ -31,7 +31,7 @@ inline std::string poke_text() {
 /// A ball led by an operator is pressed `press` metres into the top of a block that stands still.
 inline std::string press_text(double press) {
     return fmt::format(
-        R"({{"format":"trocar-scene-1","name":"press","unit":"m","dt":0.001,"ticks":400,"seed":1,"bodies":[
+        R"({{"format":"trocar-scene-2","name":"press","unit":"m","dt":0.001,"ticks":400,"seed":1,"bodies":[
       {{"name":"block","kind":"rigid","closed":true,"parts":[{{"shape":"box","size":[0.1,0.1,0.02],"edge":0.02}}],
        "pose":[0,0,-0.01,0,0,0]}},
       {{"name":"tool","kind":"instrument","closed":true,"parts":[{{"shape":"sphere","radius":0.008,"edge":0.003}}],

@@ -67,12 +67,12 @@ inline std::optional<std::pair<Real, int>> passage(const Corners3& t, const Poin
     const Real before = normal.dot(p - t[0]);
     const Real after = normal.dot(q - t[0]);
     if ((before > 0) == (after > 0)) return std::nullopt;
-    const Real way = before / (before - after);
-    const Point x = p + way * (q - p);
+    const Real path = before / (before - after);
+    const Point x = p + path * (q - p);
     for (std::size_t i = 0; i < 3; ++i) {
         if (normal.dot((t[(i + 1) % 3] - t[i]).cross(x - t[i])) < -beside * normal.squaredNorm()) return std::nullopt;
     }
-    return std::pair{way, before > 0 ? 1 : -1};
+    return std::pair{path, before > 0 ? 1 : -1};
 }
 
 class SecondTruth {
@@ -100,7 +100,7 @@ public:
         }
     }
 
-    void look_at(const Frame& frame) {
+    void examine(const Frame& frame) {
         now_ = frame.position;
         boxes_.assign(topology_->bodies.size(), {});
         for (std::size_t b = 0; b < topology_->bodies.size(); ++b) {
@@ -170,13 +170,13 @@ public:
             std::vector<Real> cuts{0, 1};
             for (Index t = other.first; t < other.end(); ++t) {
                 // One cut too many parts an edge where nothing changes; a lost one would join inside and outside.
-                const auto way = passage(corners(t, now_), p.cast<Real>(), q.cast<Real>(), 1e-9);
-                if (way) cuts.push_back(way->first);
+                const auto path = passage(corners(t, now_), p.cast<Real>(), q.cast<Real>(), 1e-9);
+                if (path) cuts.push_back(path->first);
             }
             std::sort(cuts.begin(), cuts.end());
             bool was_inside = false;
             bool is_shallow = false;
-            const auto on = [&](Real way) { return Vector3(p + way * (q - p)); };
+            const auto on = [&](Real path) { return Vector3(p + path * (q - p)); };
             for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
                 if (!(cuts[i] < cuts[i + 1])) continue;
                 const Real middle = 0.5 * (cuts[i] + cuts[i + 1]);
@@ -246,7 +246,7 @@ private:
             const Vector3 b = start_.col(topology_->triangles(1, t));
             const Vector3 c = start_.col(topology_->triangles(2, t));
             if (!Box{low, high}.overlaps(Box{a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) continue;
-            if (const auto way = passage(corners(t, start_), p, q)) sum += way->second;
+            if (const auto path = passage(corners(t, start_), p, q)) sum += path->second;
         }
         return sum;
     }
@@ -295,10 +295,10 @@ private:
                 for (Index t = faces.first; t < faces.end(); ++t) {
                     const Point u = start_.col(edge.first).cast<Real>();
                     const Point v = start_.col(edge.second).cast<Real>();
-                    const auto way = passage(corners(t, start_), u, v);
-                    if (!way) continue;
+                    const auto path = passage(corners(t, start_), u, v);
+                    if (!path) continue;
                     const bool in_front = body(sheet).start_side == SheetSide::front;
-                    const Index right = (way->second > 0) == in_front ? edge.first : edge.second;
+                    const Index right = (path->second > 0) == in_front ? edge.first : edge.second;
                     levels.insert(through_start(sheet, moved(reference.point), moved(start_.col(right))));
                 }
             }

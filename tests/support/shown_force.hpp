@@ -1,10 +1,10 @@
-// The force on an instrument that an Effect stands for at the frame the response saw, without any stepper: what single
-// calls of a response are held to. A run shows the mean over the tick instead.
+// The force on an instrument that an ResponseOutput stands for at the frame the response saw, without any stepper: what
+// single calls of a response are held to. A run shows the mean over the tick instead.
 #pragma once
 
 #include <algorithm>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "respond/common.hpp"
 #include "scene/world.hpp"
 
@@ -12,7 +12,7 @@ namespace trocar::test {
 
 /// Force of a contact along its normal at the frame, N: k d - mu (v_P·n - face velocity), not below 0 unless adhesive
 /// or bilateral, 0 without penetration unless bilateral, and at most its limit.
-inline double force_at_frame(const Topology& topology, const Frame& frame, double dt, const LinearContact& contact) {
+inline double force_at_frame(const Topology& topology, const Frame& frame, double dt, const ContactForceLaw& contact) {
     const double gap = contact.gap + scripted_rate(topology, frame, dt, contact) * dt;
     if (!contact.bilateral() && gap > 0.0) return 0.0;
     double rate = 0.0;
@@ -34,9 +34,10 @@ inline double force_at_frame(const Topology& topology, const Frame& frame, doubl
 }
 
 /// N, the plain sum over contacts and wrenches.
-inline Vector3 shown_force(const Topology& topology, const Frame& frame, double dt, const Effect& effect, Index body) {
-    Vector3 sum = effect.wrench[static_cast<std::size_t>(body)].force;
-    for (const LinearContact& contact : effect.contacts) {
+inline Vector3 shown_force(const Topology& topology, const Frame& frame, double dt, const ResponseOutput& output,
+                           Index body) {
+    Vector3 sum = output.wrench[static_cast<std::size_t>(body)].force;
+    for (const ContactForceLaw& contact : output.contacts) {
         const Vector3 force = force_at_frame(topology, frame, dt, contact) * contact.normal;
         for (std::size_t i = 0; i < 3; ++i) {
             const Index vertex = contact.vertices[i];

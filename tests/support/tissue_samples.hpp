@@ -6,7 +6,7 @@
 #include <cmath>
 #include <vector>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "method/stepper.hpp"
 #include "scene/world.hpp"
 
@@ -68,16 +68,16 @@ inline TissueSample make_disc(double radius, double edge, double k, double prelo
     return make_tissue(points, std::vector<double>(points.size(), mass), pinned, springs);
 }
 
-/// Effect of the right size without anything in it.
-inline Effect empty_effect(const Topology& topology) {
-    Effect effect;
-    effect.resize(topology.vertex_count, topology.body_count());
-    return effect;
+/// ResponseOutput of the right size without anything in it.
+inline ResponseOutput empty_output(const Topology& topology) {
+    ResponseOutput output;
+    output.resize(topology.vertex_count, topology.body_count());
+    return output;
 }
 
 /// One contact on one vertex against a plane with normal `normal`.
-inline LinearContact plane_contact(Index vertex, const Vector3& normal, double gap, double k, double mu) {
-    LinearContact contact;
+inline ContactForceLaw plane_contact(Index vertex, const Vector3& normal, double gap, double k, double mu) {
+    ContactForceLaw contact;
     contact.vertices = {vertex, -1, -1};
     contact.weights = {1.0, 0.0, 0.0};
     contact.normal = normal;
@@ -91,27 +91,28 @@ inline LinearContact plane_contact(Index vertex, const Vector3& normal, double g
 /// tangential spring of 2000 N/m) and `along` N pull it along x; forces and springs so many times larger. Whether all
 /// of them went on.
 inline bool press_and_pull(Stepper& stepper, TissueSample& sample, double along, double times = 1.0) {
-    Effect effect = empty_effect(sample.topology);
+    ResponseOutput output = empty_output(sample.topology);
     std::vector<Wrench> reaction(1);
     for (int tick = 0; tick < 400; ++tick) {
-        effect.clear();
-        effect.held_force.col(0) = times * Vector3(along, 0.0, -0.5);
-        LinearContact contact =
+        output.clear();
+        output.held_force.col(0) = times * Vector3(along, 0.0, -0.5);
+        ContactForceLaw contact =
             plane_contact(0, Vector3::UnitZ(), sample.frame.position(2, 0), 1e4 * times, 5.0 * times);
         contact.friction = 0.4;
         contact.tangent_k = 2000.0 * times;
         contact.slip_key = 0;
-        effect.contacts.push_back(contact);
-        if (!stepper.advance(effect, 1e-3, sample.frame, sample.frame, reaction).ok()) return false;
+        output.contacts.push_back(contact);
+        if (!stepper.advance(output, 1e-3, sample.frame, sample.frame, reaction).ok()) return false;
     }
     return true;
 }
 
 /// How a tick that cannot go on ends, which leaves the frame as it was and says why.
-inline OutcomeKind refused_tick(Stepper& stepper, const TissueSample& sample, const Effect& effect, const Frame& from) {
+inline OutcomeKind refused_tick(Stepper& stepper, const TissueSample& sample, const ResponseOutput& output,
+                                const Frame& from) {
     Frame to = sample.frame;
     std::vector<Wrench> reaction(1);
-    const Outcome outcome = stepper.advance(effect, 1e-3, from, to, reaction);
+    const Outcome outcome = stepper.advance(output, 1e-3, from, to, reaction);
     EXPECT_EQ(to.hash(), sample.frame.hash());
     EXPECT_NE(outcome.message, "");
     return outcome.kind;

@@ -84,7 +84,7 @@ TEST(BodyBoxes, FollowsWhatTheFrameSaysHasMoved) {
     EXPECT_FALSE(boxes.may_meet(0, there, there, 0.0)) << "all may have moved";
 }
 
-TEST(BodyBoxes, TissueReachesWhereItHasBeenToldTo) {
+TEST(BodyBoxes, TissueReachesWhereItHasBeenReportedTo) {
     Scene scene;
     BodyBoxes boxes(scene.topology);
     boxes.start(scene.frame);

@@ -18,7 +18,7 @@ TEST(ComplianceOf, TouchedVerticesIsThatOfTheWholeTissue) {
     for (unsigned seed = 1; seed <= 5; ++seed) {
         const test::TissueSample sample = test::tangle(seed);
         MovingTissue tissue(sample.topology, sample.materials);
-        tissue.take_over(test::empty_effect(sample.topology), sample.frame);
+        tissue.take_over(test::empty_output(sample.topology), sample.frame);
         const SpringArrays& springs = tissue.spring_arrays();
         SpringSystem system(springs.size(), tissue.state().size());
         constexpr double h = 1e-3;  // s

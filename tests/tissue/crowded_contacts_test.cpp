@@ -7,7 +7,7 @@
 #include <random>
 #include <vector>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "method/registry.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/mass_spring.hpp"
@@ -23,7 +23,7 @@ constexpr double mu = 125.0;   // N s/m
 /// Two layers of side × side vertices without springs that fly into each other, every vertex in contact with three
 /// neighbours of the other layer.
 struct Layers {
-    explicit Layers(int side) : s(sample(side)), effect(test::empty_effect(s.topology)) {
+    explicit Layers(int side) : s(sample(side)), output(test::empty_output(s.topology)) {
         std::mt19937 random(7);
         std::uniform_real_distribution<double> speed(-0.1, 0.1);
         std::uniform_real_distribution<double> tilt(-0.3, 0.3);
@@ -41,14 +41,14 @@ struct Layers {
             const int other = upper ? 0 : layer;
             const int next_row = (row + 1) % side;
             const int next_column = (column + 1) % side;
-            LinearContact contact = test::plane_contact(v, Vector3::UnitZ(), 0.0, k, mu);
+            ContactForceLaw contact = test::plane_contact(v, Vector3::UnitZ(), 0.0, k, mu);
             const double along = tilt(random);
             const double across = tilt(random);
             contact.normal = Vector3(along, across, upper ? 1.0 : -1.0).normalized();
             contact.reaction_vertices = {other + row * side + column, other + next_row * side + column,
                                          other + row * side + next_column};
             contact.reaction_weights = {0.5, 0.3, 0.2};
-            effect.contacts.push_back(contact);
+            output.contacts.push_back(contact);
         }
     }
     static test::TissueSample sample(int side) {
@@ -61,11 +61,11 @@ struct Layers {
     [[nodiscard]] double energy() const { return 0.5 * mass * s.frame.velocity.squaredNorm(); }
 
     test::TissueSample s;
-    Effect effect;
+    ResponseOutput output;
 };
 
 /// Row of a contact in the space of all velocities.
-Eigen::VectorXd row_of(const LinearContact& contact, Eigen::Index vertices) {
+Eigen::VectorXd row_of(const ContactForceLaw& contact, Eigen::Index vertices) {
     Eigen::VectorXd row = Eigen::VectorXd::Zero(3 * vertices);
     for (std::size_t i = 0; i < 3; ++i) {
         if (contact.vertices[i] >= 0) row.segment<3>(3 * contact.vertices[i]) += contact.weights[i] * contact.normal;
@@ -79,10 +79,10 @@ Eigen::VectorXd row_of(const LinearContact& contact, Eigen::Index vertices) {
 /// c = mu + h k and depth 0, swept until nothing changes.
 Eigen::VectorXd converged_forces(const Layers& layers) {
     const Eigen::Index vertices = layers.s.frame.velocity.cols();
-    const auto count = static_cast<Eigen::Index>(layers.effect.contacts.size());
+    const auto count = static_cast<Eigen::Index>(layers.output.contacts.size());
     Eigen::MatrixXd rows(count, 3 * vertices);
     for (Eigen::Index i = 0; i < count; ++i) {
-        rows.row(i) = row_of(layers.effect.contacts[static_cast<std::size_t>(i)], vertices);
+        rows.row(i) = row_of(layers.output.contacts[static_cast<std::size_t>(i)], vertices);
     }
     const Eigen::MatrixXd response = dt / mass * rows * rows.transpose();
     const Eigen::VectorXd rate = rows * layers.s.frame.velocity.reshaped();
@@ -107,7 +107,7 @@ TEST(CrowdedContacts, WorkDoesNotGrowWithTheirNumber) {
         layers.s.materials.substeps = 4;
         MassSpring tissue(layers.s.topology, layers.s.materials);
         std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(tissue.advance(layers.effect, 4 * dt, layers.s.frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(layers.output, 4 * dt, layers.s.frame, reaction).ok());
         EXPECT_GT(tissue.contact_passes(), 0);
         EXPECT_LE(tissue.contact_passes(), 62 + 4 * 100) << side << ": one exact attempt, then sweeps";
     }
@@ -120,10 +120,10 @@ TEST(CrowdedContacts, MomentumIsKeptAndNoEnergyGiven) {
         std::vector<Wrench> reaction(1);
         const Vector3 momentum = mass * layers.s.frame.velocity.rowwise().sum();
         const double before = layers.energy();
-        ASSERT_TRUE(tissue.advance(layers.effect, dt, layers.s.frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(layers.output, dt, layers.s.frame, reaction).ok());
         EXPECT_LT((mass * layers.s.frame.velocity.rowwise().sum() - momentum).norm(), 1e-15);
         EXPECT_LT(layers.energy(), before) << side;
-        for (const ContactLoad& load : tissue.loads()) EXPECT_GE(load.normal, 0.0);
+        for (const ContactForce& load : tissue.loads()) EXPECT_GE(load.normal, 0.0);
     }
 }
 
@@ -133,16 +133,16 @@ TEST(CrowdedContacts, NoneGivesMoreThanItsLimit) {
         MassSpring free(layers.s.topology, layers.s.materials);
         std::vector<Wrench> reaction(1);
         Frame frame = layers.s.frame;
-        ASSERT_TRUE(free.advance(layers.effect, dt, frame, reaction).ok());
+        ASSERT_TRUE(free.advance(layers.output, dt, frame, reaction).ok());
         double most = 0.0;
-        for (const ContactLoad& load : free.loads()) most = std::max(most, load.normal);
-        for (LinearContact& contact : layers.effect.contacts) contact.limit = 0.5 * most;
+        for (const ContactForce& load : free.loads()) most = std::max(most, load.normal);
+        for (ContactForceLaw& contact : layers.output.contacts) contact.limit = 0.5 * most;
         MassSpring limited(layers.s.topology, layers.s.materials);
         const Vector3 momentum = mass * layers.s.frame.velocity.rowwise().sum();
-        ASSERT_TRUE(limited.advance(layers.effect, dt, layers.s.frame, reaction).ok());
+        ASSERT_TRUE(limited.advance(layers.output, dt, layers.s.frame, reaction).ok());
         EXPECT_LT((mass * layers.s.frame.velocity.rowwise().sum() - momentum).norm(), 1e-15);
         int at_limit = 0;
-        for (const ContactLoad& load : limited.loads()) {
+        for (const ContactForce& load : limited.loads()) {
             EXPECT_LE(load.normal, 0.5 * most * (1.0 + 1e-12)) << side;
             at_limit += load.at_limit ? 1 : 0;
         }
@@ -150,19 +150,19 @@ TEST(CrowdedContacts, NoneGivesMoreThanItsLimit) {
     }
 }
 
-TEST(CrowdedContacts, ToldForcesAreWhatMovesTheVerticesAndNearTheConvergedOnes) {
+TEST(CrowdedContacts, ReportedForcesAreWhatMovesTheVerticesAndNearTheConvergedOnes) {
     for (const int side : {2, 4, 14}) {
         Layers layers(side);
         MassSpring tissue(layers.s.topology, layers.s.materials);
         std::vector<Wrench> reaction(1);
         const Eigen::VectorXd expected = converged_forces(layers);
         const Matrix3X before = layers.s.frame.velocity;
-        ASSERT_TRUE(tissue.advance(layers.effect, dt, layers.s.frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(layers.output, dt, layers.s.frame, reaction).ok());
         Eigen::VectorXd impulse = Eigen::VectorXd::Zero(before.size());
         Eigen::VectorXd force(expected.size());
         for (Eigen::Index i = 0; i < expected.size(); ++i) {
             force[i] = tissue.loads()[static_cast<std::size_t>(i)].normal;
-            impulse += dt * force[i] * row_of(layers.effect.contacts[static_cast<std::size_t>(i)], before.cols());
+            impulse += dt * force[i] * row_of(layers.output.contacts[static_cast<std::size_t>(i)], before.cols());
         }
         const Eigen::VectorXd gained = mass * (layers.s.frame.velocity - before).reshaped();
         EXPECT_LT((gained - impulse).norm(), 1e-9 * gained.norm()) << side;
@@ -227,15 +227,15 @@ TEST(CrowdedContacts, ARowThatYieldsOneAfterTheOtherIsSolvedWithTheTissuesWholeC
                                              std::vector<std::uint8_t>(at(count), 0), springs);
     const auto stepper = make_stepper("implicit", {{"tolerance", "1e-12"}, {"iterations", "5000"}});
     stepper->prepare(s.topology, s.materials);
-    Effect effect = test::empty_effect(s.topology);
-    effect.held_force(0, 0) = pushed;
+    ResponseOutput output = test::empty_output(s.topology);
+    output.held_force(0, 0) = pushed;
     for (Index v = 0; v < count; ++v) {
-        effect.contacts.push_back(test::plane_contact(v, Vector3::UnitX(), 0.0, contact_k, 0.0));
-        effect.contacts.back().role = ContactRole::grasp;
-        effect.contacts.back().limit = limit;
+        output.contacts.push_back(test::plane_contact(v, Vector3::UnitX(), 0.0, contact_k, 0.0));
+        output.contacts.back().role = ContactRole::grasp;
+        output.contacts.back().limit = limit;
     }
     std::vector<Wrench> reaction(1);
-    ASSERT_TRUE(stepper->advance(effect, h, s.frame, s.frame, reaction).ok());
+    ASSERT_TRUE(stepper->advance(output, h, s.frame, s.frame, reaction).ok());
     for (Index v = 0; v < count; ++v) {
         EXPECT_NEAR(stepper->loads()[at(v)].normal, expected[at(v)], 0.02 * limit) << v;
     }

@@ -46,7 +46,7 @@ struct Sleeping {
     FarField far{started()};
 
     MovingTissue& taken() {
-        tissue.take_over(test::empty_effect(s.topology), s.frame);
+        tissue.take_over(test::empty_output(s.topology), s.frame);
         return tissue;
     }
     RegionTissue& started() {
@@ -78,10 +78,10 @@ TEST(FarField, WhatHasGoneFurthestIsFollowedFirst) {
     Sleeping t;
     ASSERT_GE(t.region.levels().size(), 3U) << "nodes that own nodes that own vertices";
     // Two nodes far from each other; one goes ten times as far.
-    const std::vector<Index>& awake = t.nodes().awake_nodes;
+    const std::vector<Index>& active = t.nodes().active_nodes;
     const auto by_x = [&t](Index a, Index b) { return t.nodes().rest[at(a)].x() < t.nodes().rest[at(b)].x(); };
-    const Index far = *std::min_element(awake.begin(), awake.end(), by_x);
-    const Index little = *std::max_element(awake.begin(), awake.end(), by_x);
+    const Index far = *std::min_element(active.begin(), active.end(), by_x);
+    const Index little = *std::max_element(active.begin(), active.end(), by_x);
     t.sink(far, 1e-3);
     t.sink(little, 1e-4);
     const double most = t.latest();
@@ -104,7 +104,7 @@ TEST(FarField, WhatHasGoneFurthestIsFollowedFirst) {
 
 TEST(FarField, AllOfItIsFollowedInTime) {
     Sleeping t;
-    for (const Index node : t.nodes().awake_nodes) t.sink(node, 1e-3 * (1.0 + 0.1 * (node % 7)));
+    for (const Index node : t.nodes().active_nodes) t.sink(node, 1e-3 * (1.0 + 0.1 * (node % 7)));
     EXPECT_GT(t.latest(), 1e-3);
     const std::size_t most = t.tissue.state().size() / 16;
     for (int tick = 0; tick < 40; ++tick) {
@@ -115,7 +115,7 @@ TEST(FarField, AllOfItIsFollowedInTime) {
     EXPECT_LT(t.latest(), 2e-3 * edge);
 }
 
-TEST(FarField, WhatRestsIsLookedAtInASlowRoundAlone) {
+TEST(FarField, WhatRestsIsSearchedAtInASlowRoundAlone) {
     Sleeping t;
     const std::size_t most = t.tissue.state().size() / 16;
     for (int tick = 0; tick < 10; ++tick) {
@@ -130,7 +130,7 @@ TEST(FarField, ANodeThatWakesGoesOnWithWhatTheOneAboveItOwed) {
     Sleeping t;
     const std::size_t below = t.region.levels().size() - 2;
     ASSERT_GE(below, 1U);
-    for (const Index node : t.nodes().awake_nodes) t.sink(node, 1e-3);
+    for (const Index node : t.nodes().active_nodes) t.sink(node, 1e-3);
     t.region.next_moment();
     t.far.follow(8, 0);
     Index middle = 0;
@@ -138,7 +138,7 @@ TEST(FarField, ANodeThatWakesGoesOnWithWhatTheOneAboveItOwed) {
     for (Index node = 0; at(node) < level.size(); ++node) {
         if (level.rest[at(node)].norm() < level.rest[at(middle)].norm()) middle = node;
     }
-    t.region.wake(below, middle);
+    t.region.activate(below, middle);
     const std::size_t most = t.tissue.state().size() / 16;
     for (int tick = 0; tick < 40; ++tick) {
         t.region.next_moment();
@@ -150,11 +150,11 @@ TEST(FarField, ANodeThatWakesGoesOnWithWhatTheOneAboveItOwed) {
 TEST(FarField, WhatLiesBesideAnotherBodyIsNeverLate) {
     Sleeping t;
     for (std::size_t level = t.region.levels().size() - 1; level-- > 1;) {
-        for (Index node = 0; at(node) < t.region.levels()[level].size(); ++node) t.region.wake(level, node);
+        for (Index node = 0; at(node) < t.region.levels()[level].size(); ++node) t.region.activate(level, node);
     }
     RegionLevel& first = t.region.levels()[1];
     for (int tick = 0; tick < 7; ++tick) {
-        for (const Index node : first.awake_nodes) first.displacement(2, node) -= 1e-4;
+        for (const Index node : first.active_nodes) first.displacement(2, node) -= 1e-4;
         t.region.next_moment();
         t.far.follow(0, t.tissue.state().size());
         const std::vector<double> late = t.late();

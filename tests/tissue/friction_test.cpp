@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "contact/effect.hpp"
+#include "contact/response_output.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -19,21 +19,21 @@ constexpr double tangent_k = 500;  // N/m
 struct Block {
     test::TissueSample s = test::make_tissue({Vector3::Zero()}, {mass}, {0}, {});
     MassSpring tissue{s.topology, s.materials};
-    Effect effect = test::empty_effect(s.topology);
+    ResponseOutput output = test::empty_output(s.topology);
     std::vector<Wrench> reaction{1};
 
     void step(const Vector3& force, double friction, const Vector3& drawn = Vector3::Zero()) {
-        effect.clear();
-        effect.held_force.col(0) = force;
-        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4, 1.0);
+        output.clear();
+        output.held_force.col(0) = force;
+        ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4, 1.0);
         contact.friction = friction;
         contact.tangent_k = tangent_k;
         contact.surface_velocity = drawn;
         contact.slip_key = 0;
         contact.reaction_body = 0;
-        effect.contacts.push_back(contact);
+        output.contacts.push_back(contact);
         reaction.assign(1, {});
-        ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(output, dt, s.frame, reaction).ok());
     }
 };
 
@@ -64,21 +64,21 @@ TEST(Friction, DrawnSurfaceDragsWithFrictionTimesNormalForce) {
     test::TissueSample s = test::make_tissue({Vector3::Zero(), Vector3(0.1, 0.0, 0.0)}, {mass, mass}, {0, 1},
                                              {{.i = 0, .j = 1, .rest = 0.1, .k = 10.0, .damping = 0.02}});
     MassSpring tissue(s.topology, s.materials);
-    Effect effect = test::empty_effect(s.topology);
+    ResponseOutput output = test::empty_output(s.topology);
     std::vector<Wrench> reaction(1);
     for (const double friction : {0.1, 0.4}) {
         for (int tick = 0; tick < 3000; ++tick) {
-            effect.clear();
-            effect.held_force(2, 0) = -0.2;
-            LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4, 1.0);
+            output.clear();
+            output.held_force(2, 0) = -0.2;
+            ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4, 1.0);
             contact.friction = friction;
             contact.tangent_k = tangent_k;
             contact.surface_velocity = Vector3(-0.05, 0.0, 0.0);
             contact.slip_key = 0;
             contact.reaction_body = 0;
-            effect.contacts.push_back(contact);
+            output.contacts.push_back(contact);
             reaction.assign(1, {});
-            ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
+            ASSERT_TRUE(tissue.advance(output, dt, s.frame, reaction).ok());
         }
         EXPECT_NEAR(s.frame.position(0, 0), -friction * 0.2 / 10.0, 1e-5);
         EXPECT_NEAR(reaction[0].force.x(), friction * 0.2, 1e-4) << "the opposite on the tool";
@@ -96,20 +96,20 @@ TEST(Friction, EveryFaceOfAGrooveRubsThoughTheirSpringIsOne) {
     for (const double push : {0.95 * most, 1.05 * most, 2.0 * most}) {
         Block block;
         const auto step = [&] {
-            block.effect.clear();
-            block.effect.held_force.col(0) = Vector3(push, 0.0, -weight);
+            block.output.clear();
+            block.output.held_force.col(0) = Vector3(push, 0.0, -weight);
             const Vector3 x = block.s.frame.position.col(0);
             for (const double side : {0.0, -1.0, 1.0}) {
                 const Vector3 normal(0.0, side * std::sin(angle), side == 0.0 ? 1.0 : std::cos(angle));
-                LinearContact contact = test::plane_contact(0, normal, side == 0.0 ? 1e-3 : normal.dot(x), 1e4, 1.0);
+                ContactForceLaw contact = test::plane_contact(0, normal, side == 0.0 ? 1e-3 : normal.dot(x), 1e4, 1.0);
                 contact.friction = friction;
                 contact.tangent_k = tangent_k;
                 contact.slip_key = 0;
                 contact.reaction_body = 0;
-                block.effect.contacts.push_back(contact);
+                block.output.contacts.push_back(contact);
             }
             block.reaction.assign(1, {});
-            ASSERT_TRUE(block.tissue.advance(block.effect, dt, block.s.frame, block.reaction).ok());
+            ASSERT_TRUE(block.tissue.advance(block.output, dt, block.s.frame, block.reaction).ok());
         };
         for (int tick = 0; tick < 200; ++tick) step();
         const double v = block.s.frame.velocity(0, 0);
@@ -133,18 +133,18 @@ TEST(Friction, AContactThatIsNewLeavesTheSpringsOfTheOthersStretched) {
     const double held = block.s.frame.position(0, 0);
     EXPECT_NEAR(held, force.x() / tangent_k, 1e-9);
     for (int tick = 0; tick < 200; ++tick) {
-        block.effect.clear();
-        block.effect.held_force.col(0) = force;
+        block.output.clear();
+        block.output.held_force.col(0) = force;
         for (const Index key : {0, 5}) {
             const double gap = key == 0 ? block.s.frame.position(2, 0) : 1e-3;
-            LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), gap, 1e4, 1.0);
+            ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), gap, 1e4, 1.0);
             contact.friction = 0.5;
             contact.tangent_k = tangent_k;
             contact.slip_key = key;
             contact.reaction_body = 0;
-            block.effect.contacts.push_back(contact);
+            block.output.contacts.push_back(contact);
         }
-        ASSERT_TRUE(block.tissue.advance(block.effect, dt, block.s.frame, block.reaction).ok());
+        ASSERT_TRUE(block.tissue.advance(block.output, dt, block.s.frame, block.reaction).ok());
         ASSERT_NEAR(block.s.frame.position(0, 0), held, 1e-9) << tick;
     }
 }
@@ -159,16 +159,16 @@ TEST(Friction, OffByDefaultAndForgottenWithTheContact) {
     const double held = block.s.frame.position(0, 0);
     EXPECT_NEAR(held, 0.01 / tangent_k, 1e-9);
     for (int tick = 0; tick < 3; ++tick) {
-        block.effect.clear();
+        block.output.clear();
         block.s.frame.velocity.setZero();
-        ASSERT_TRUE(block.tissue.advance(block.effect, dt, block.s.frame, block.reaction).ok());
+        ASSERT_TRUE(block.tissue.advance(block.output, dt, block.s.frame, block.reaction).ok());
     }
     block.step(Vector3(0.0, 0.0, -0.05), 0.5);
     for (int tick = 0; tick < 200; ++tick) block.step(Vector3(0.0, 0.0, -0.05), 0.5);
     EXPECT_NEAR(block.s.frame.position(0, 0), held, 1e-9);
 }
 
-TEST(Friction, WorkToldIsThatOfTheWholeForceOnEveryVertexThatItMoves) {
+TEST(Friction, WorkReportedIsThatOfTheWholeForceOnEveryVertexThatItMoves) {
     // In one sub-step: force × weight × way of each vertex, normal force and friction together; where the other side
     // is tissue, it takes the opposite.
     for (const bool two_tissues : {false, true}) {
@@ -180,8 +180,8 @@ TEST(Friction, WorkToldIsThatOfTheWholeForceOnEveryVertexThatItMoves) {
         s.frame.velocity.col(2) = Vector3(0.2, -0.3, -0.3);
         s.frame.velocity.col(3) = Vector3(0.1, 0.1, 0.2);
         MassSpring tissue(s.topology, s.materials);
-        Effect effect = test::empty_effect(s.topology);
-        LinearContact contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 1e3, 0.1);
+        ResponseOutput output = test::empty_output(s.topology);
+        ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 1e3, 0.1);
         contact.vertices = {0, 1, 2};
         contact.weights = {0.5, 0.3, 0.2};
         contact.friction = 0.3;
@@ -193,16 +193,16 @@ TEST(Friction, WorkToldIsThatOfTheWholeForceOnEveryVertexThatItMoves) {
         } else {
             contact.surface_velocity = Vector3(-0.4, 0.2, 0.0);
         }
-        effect.contacts.push_back(contact);
+        output.contacts.push_back(contact);
         std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
-        Vector3 way = Vector3::Zero();
-        for (Index v = 0; v < 3; ++v) way += dt * contact.weights[at(v)] * s.frame.velocity.col(v);
-        if (two_tissues) way -= dt * s.frame.velocity.col(3);
-        const ContactLoad& load = tissue.loads()[0];
+        ASSERT_TRUE(tissue.advance(output, dt, s.frame, reaction).ok());
+        Vector3 path = Vector3::Zero();
+        for (Index v = 0; v < 3; ++v) path += dt * contact.weights[at(v)] * s.frame.velocity.col(v);
+        if (two_tissues) path -= dt * s.frame.velocity.col(3);
+        const ContactForce& load = tissue.loads()[0];
         ASSERT_GT(load.normal, 0.01);
         ASSERT_GT(load.friction, 0.001);
-        EXPECT_NEAR(load.work, load.force.dot(way), 1e-15) << two_tissues;
+        EXPECT_NEAR(load.work, load.force.dot(path), 1e-15) << two_tissues;
     }
 }
 

@@ -35,7 +35,7 @@ struct TangledSystem {
         : sample(test::tangle(seed)),
           tissue(sample.topology, sample.materials),
           system(springs.size(), tissue.state().size()) {
-        tissue.take_over(test::empty_effect(sample.topology), sample.frame);
+        tissue.take_over(test::empty_output(sample.topology), sample.frame);
         std::mt19937 random(seed);
         std::uniform_real_distribution<double> unit(-1.0, 1.0);
         right_side.setZero(4, static_cast<Eigen::Index>(tissue.state().size()));
@@ -155,18 +155,18 @@ using Settings = std::map<std::string, std::string>;
 struct PressedDisc {
     test::TissueSample s;
     std::unique_ptr<Stepper> stepper;
-    Effect effect = test::empty_effect(s.topology);
+    ResponseOutput output = test::empty_output(s.topology);
     std::vector<Wrench> reaction{1};
 
     PressedDisc(const Settings& settings, double k)
         : s(test::make_disc(0.006, 5e-4, k, 0.2, 1e-6)), stepper(make_stepper("implicit", settings)) {
         stepper->prepare(s.topology, s.materials);
     }
-    void advance() { ASSERT_TRUE(stepper->advance(effect, dt, s.frame, s.frame, reaction).ok()); }
+    void advance() { ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok()); }
     void step(int tick) {
-        effect.clear();
+        output.clear();
         const double gap = -(s.frame.position(2, 0) + 2e-5 * tick);
-        effect.contacts.push_back(test::plane_contact(0, -Vector3::UnitZ(), gap, 1e3, 0.1));
+        output.contacts.push_back(test::plane_contact(0, -Vector3::UnitZ(), gap, 1e3, 0.1));
         advance();
     }
     void press(int ticks) {
@@ -235,7 +235,7 @@ TEST(ImplicitFactor, NeedsFewIterationsWhereTheTissueIsStiff) {
     for (int tick = 0; tick < ticks; ++tick) {
         for (PressedDisc* disc : {&exact, &blocks, &factor}) {
             // Until the factor is there all is at rest.
-            disc->effect.held_force(2, 0) = tick < 2 ? 0.0 : -0.1 * k * 5e-4;
+            disc->output.held_force(2, 0) = tick < 2 ? 0.0 : -0.1 * k * 5e-4;
             disc->advance();
         }
         furthest_by_blocks = std::max(furthest_by_blocks, apart(exact, blocks));

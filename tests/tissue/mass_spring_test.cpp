@@ -9,7 +9,7 @@
 namespace trocar {
 namespace {
 
-using test::empty_effect;
+using test::empty_output;
 using test::make_disc;
 using test::make_tissue;
 using test::plane_contact;
@@ -44,9 +44,9 @@ TEST(MassSpring, RestStaysAtRest) {
     s.materials.rest_bias = -force;
     const Matrix3X start = s.frame.position;
     MassSpring tissue(s.topology, s.materials);
-    const Effect effect = empty_effect(s.topology);
+    const ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
-    for (int tick = 0; tick < 10000; ++tick) ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    for (int tick = 0; tick < 10000; ++tick) ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     EXPECT_LT(s.frame.velocity.cwiseAbs().maxCoeff(), 1e-9);
     EXPECT_LT((s.frame.position - start).cwiseAbs().maxCoeff(), 1e-12);
 }
@@ -60,11 +60,11 @@ TEST(MassSpring, CentreLoadedDiscFollowsTheMembraneEquation) {
     s.materials.substeps = 2;
     s.materials.drag.assign(s.materials.mass.size(), 60.0 * mass);
     MassSpring tissue(s.topology, s.materials);
-    Effect effect = empty_effect(s.topology);
+    ResponseOutput output = empty_output(s.topology);
     const double load = 1e-3;
-    effect.held_force(2, 0) = load;
+    output.held_force(2, 0) = load;
     std::vector<Wrench> reaction(1);
-    for (int tick = 0; tick < 1200; ++tick) ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    for (int tick = 0; tick < 1200; ++tick) ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     ASSERT_LT(s.frame.velocity.cwiseAbs().maxCoeff(), 1e-7);
     const double sigma = std::sqrt(3.0) * preload * k;
     int checked = 0;
@@ -91,14 +91,14 @@ TEST(MassSpring, DampedEnergyNeverGrows) {
         if (s.materials.pinned[static_cast<std::size_t>(v)] != 0) s.frame.velocity.col(v).setZero();
     }
     MassSpring tissue(s.topology, s.materials);
-    const Effect effect = empty_effect(s.topology);
+    const ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
     // A small step, so that the scheme's own ripple of the energy (proportional to omega dt) stays below the decay.
     const double dt = 0.02 * critical_time_step(mode.omega, 12.0 * 0.002 / mass);
     const double first = energy(s) - rest_energy;
     double previous = first;
     for (int tick = 0; tick < 20000; ++tick) {
-        ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(output, dt, s.frame, reaction).ok());
         if (tick % 100 != 99) continue;
         const double now = energy(s) - rest_energy;
         ASSERT_LE(now, previous + 1e-3 * first) << "tick " << tick;
@@ -112,11 +112,11 @@ TEST(MassSpring, BlowUpAboveTheStepLimitHasAName) {
     const LargestMode mode = largest_mode(s.materials, s.frame.position);
     s.frame.velocity = 1e-3 * mode.shape;
     MassSpring tissue(s.topology, s.materials);
-    const Effect effect = empty_effect(s.topology);
+    const ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
     Outcome outcome;
     for (int tick = 0; tick < 20000 && outcome.ok(); ++tick) {
-        outcome = tissue.advance(effect, 1.05 * critical_time_step(mode.omega, 0.0), s.frame, reaction);
+        outcome = tissue.advance(output, 1.05 * critical_time_step(mode.omega, 0.0), s.frame, reaction);
     }
     EXPECT_EQ(outcome.kind, OutcomeKind::unstable);
 }
@@ -130,12 +130,12 @@ TEST(MassSpring, AnyStepBeyondTheLimitEndsUnstableHoweverFar) {
             s.frame.velocity = 1e-3 * mode.shape;
             s.materials.substeps = substeps;
             MassSpring tissue(s.topology, s.materials);
-            const Effect effect = empty_effect(s.topology);
+            const ResponseOutput output = empty_output(s.topology);
             std::vector<Wrench> reaction(1);
             Outcome outcome;
             const double dt = factor * critical_time_step(mode.omega, 0.0) * substeps;
             for (int tick = 0; tick < 2000 && outcome.ok(); ++tick) {
-                outcome = tissue.advance(effect, dt, s.frame, reaction);
+                outcome = tissue.advance(output, dt, s.frame, reaction);
             }
             EXPECT_EQ(outcome.kind, OutcomeKind::unstable) << factor << " times the limit, " << substeps;
             EXPECT_TRUE(s.frame.all_finite());
@@ -165,11 +165,11 @@ TEST(MassSpring, ChainsAndSheetsAreBoundedBelowTheLimitOnly) {
             TissueSample run = s;
             run.frame.velocity = 1e-6 * mode.shape;
             MassSpring tissue(run.topology, run.materials);
-            const Effect effect = empty_effect(run.topology);
+            const ResponseOutput output = empty_output(run.topology);
             std::vector<Wrench> reaction(1);
             double largest = 0.0;
             for (int tick = 0; tick < 60; ++tick) {
-                const Outcome outcome = tissue.advance(effect, factor * critical, run.frame, reaction);
+                const Outcome outcome = tissue.advance(output, factor * critical, run.frame, reaction);
                 if (!outcome.ok()) break;
                 largest = std::max(largest, run.frame.velocity.cwiseAbs().maxCoeff());
             }
@@ -213,11 +213,11 @@ TEST(MassSpring, TheStrainLimiterDoesNotHideABlowUp) {
         s.materials.substeps = substeps;
         s.frame.velocity(2, 0) = -1e-3;
         MassSpring tissue(s.topology, s.materials);
-        const Effect effect = empty_effect(s.topology);
+        const ResponseOutput output = empty_output(s.topology);
         std::vector<Wrench> reaction(1);
         Outcome outcome;
         for (int tick = 0; tick < 2000 && outcome.ok(); ++tick)
-            outcome = tissue.advance(effect, 1e-3, s.frame, reaction);
+            outcome = tissue.advance(output, 1e-3, s.frame, reaction);
         EXPECT_EQ(outcome.kind, substeps == 1 ? OutcomeKind::unstable : OutcomeKind::ok) << outcome.message;
         EXPECT_TRUE(s.frame.all_finite());
     }
@@ -235,14 +235,14 @@ TEST(MassSpring, MillionStepsWithoutDampingKeepTheirEnergy) {
     const double moving = 0.5 * 1e-3 * 0.01 * 0.01;
     const double at_rest = energy(s) - moving;
     MassSpring tissue(s.topology, s.materials);
-    const Effect effect = empty_effect(s.topology);
+    const ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
     const double h = 0.001;
     const double ripple = 0.5 * h * std::sqrt(100.0 / 1e-3);
     double least = 1.0;
     double most = 1.0;
     for (int tick = 0; tick < 1000000; ++tick) {
-        ASSERT_TRUE(tissue.advance(effect, h, s.frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(output, h, s.frame, reaction).ok());
         const double share = (energy(s) - at_rest) / moving;
         least = std::min(least, share);
         most = std::max(most, share);
@@ -263,9 +263,9 @@ TEST(MassSpring, AutomaticSubStepsStayBelowTheExactLimit) {
     s.materials.substeps = n;
     s.frame.velocity = 1e-3 * largest_mode(s.materials, s.frame.position).shape;
     MassSpring tissue(s.topology, s.materials);
-    const Effect effect = empty_effect(s.topology);
+    const ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
-    for (int tick = 0; tick < 200; ++tick) ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    for (int tick = 0; tick < 200; ++tick) ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     EXPECT_LT(s.frame.velocity.cwiseAbs().maxCoeff(), 1e-3);
 }
 
@@ -275,18 +275,18 @@ TEST(MassSpring, PressedSpringReactsWithStiffnessTimesTravel) {
                                  {Spring{.i = 0, .j = 1, .rest = 0.1, .k = 10.0}});
     s.materials.drag.assign(2, 0.2);
     MassSpring tissue(s.topology, s.materials);
-    Effect effect = empty_effect(s.topology);
+    ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
     constexpr double travel = 0.002;
     constexpr double k = 1e5;
     for (int tick = 0; tick < 4000; ++tick) {
-        effect.contacts.clear();
+        output.contacts.clear();
         const double gap = -travel - s.frame.position(2, 0);
-        effect.contacts.push_back(plane_contact(0, -Vector3::UnitZ(), gap, k, 0.5));
-        effect.contacts.back().reaction_body = 0;
-        effect.contacts.back().reaction_point = Vector3(0.1, 0.0, 0.0);
+        output.contacts.push_back(plane_contact(0, -Vector3::UnitZ(), gap, k, 0.5));
+        output.contacts.back().reaction_body = 0;
+        output.contacts.back().reaction_point = Vector3(0.1, 0.0, 0.0);
         reaction.assign(1, {});
-        ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     }
     const double expected = travel / (1.0 / 10.0 + 1.0 / k);
     EXPECT_NEAR(reaction[0].force.z(), expected, 1e-9);
@@ -297,16 +297,16 @@ TEST(MassSpring, ContactsOnOneVertexShareTheLoadInAnyOrder) {
     // 44 contacts of 100 N/m under 1 N: depth = 1/4400 m whatever their damping, the step or their order.
     TissueSample s = make_tissue({Vector3::Zero()}, {mass}, {0}, {});
     MassSpring tissue(s.topology, s.materials);
-    Effect effect = empty_effect(s.topology);
-    effect.held_force(2, 0) = -1.0;
+    ResponseOutput output = empty_output(s.topology);
+    output.held_force(2, 0) = -1.0;
     std::vector<Wrench> reaction(1);
     for (int tick = 0; tick < 3000; ++tick) {
-        effect.contacts.clear();
+        output.contacts.clear();
         for (int c = 0; c < 44; ++c) {
             const double mu = c % 2 == tick % 2 ? 2.0 : 0.1;
-            effect.contacts.push_back(plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 100.0, mu));
+            output.contacts.push_back(plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 100.0, mu));
         }
-        ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     }
     EXPECT_NEAR(s.frame.position(2, 0), -1.0 / 4400.0, 1e-9);
     EXPECT_NEAR(tissue.loads()[7].normal, 1.0 / 44.0, 1e-6);
@@ -317,13 +317,13 @@ TEST(MassSpring, SingleContactFollowsTheImplicitFormula) {
     TissueSample s = make_tissue({Vector3::Zero()}, {0.002}, {0}, {});
     s.frame.velocity.col(0) = Vector3(0.3, 0.0, -0.4);
     MassSpring tissue(s.topology, s.materials);
-    Effect effect = empty_effect(s.topology);
-    effect.held_force.col(0) = Vector3(0.0, 0.0, -0.7);
-    effect.contacts.push_back(plane_contact(0, Vector3::UnitZ(), -0.001, 500.0, 1.5));
-    effect.contacts.back().face_velocity = 0.05;
+    ResponseOutput output = empty_output(s.topology);
+    output.held_force.col(0) = Vector3(0.0, 0.0, -0.7);
+    output.contacts.push_back(plane_contact(0, Vector3::UnitZ(), -0.001, 500.0, 1.5));
+    output.contacts.back().face_velocity = 0.05;
     std::vector<Wrench> reaction(1);
     const double dt = 1e-3;
-    ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
+    ASSERT_TRUE(tissue.advance(output, dt, s.frame, reaction).ok());
     const double expected = (-0.4 + dt * (-0.7 + 0.5 + (1.5 + dt * 500.0) * 0.05) / 0.002) /
                             (1.0 + dt * 1.5 / 0.002 + dt * dt * 500.0 / 0.002);
     EXPECT_NEAR(s.frame.velocity(2, 0), expected, 1e-14);
@@ -335,11 +335,11 @@ TEST(MassSpring, ContactThatWouldPullLetsGoUnlessAdhesive) {
         TissueSample s = make_tissue({Vector3::Zero()}, {0.01}, {0}, {});
         s.frame.velocity(2, 0) = 0.5;
         MassSpring tissue(s.topology, s.materials);
-        Effect effect = empty_effect(s.topology);
-        effect.contacts.push_back(plane_contact(0, Vector3::UnitZ(), -0.01, 10.0, 2.0));
-        effect.contacts.back().adhesive = adhesive;
+        ResponseOutput output = empty_output(s.topology);
+        output.contacts.push_back(plane_contact(0, Vector3::UnitZ(), -0.01, 10.0, 2.0));
+        output.contacts.back().adhesive = adhesive;
         std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
         if (adhesive) {
             EXPECT_LT(s.frame.velocity(2, 0), 0.45);
         } else {
@@ -354,13 +354,13 @@ TEST(MassSpring, TwoSidedContactKeepsMomentum) {
     TissueSample s = make_tissue(points, {1e-3, 2e-3, 3e-3, 4e-3, 5e-3, 6e-3}, std::vector<std::uint8_t>(6, 0), {});
     s.frame.velocity.row(2) << -0.1, -0.3, -0.2, 0.2, 0.1, 0.3;
     MassSpring tissue(s.topology, s.materials);
-    Effect effect = empty_effect(s.topology);
-    LinearContact contact = plane_contact(0, Vector3(0.6, 0.0, 0.8), -0.002, 300.0, 1.0);
+    ResponseOutput output = empty_output(s.topology);
+    ContactForceLaw contact = plane_contact(0, Vector3(0.6, 0.0, 0.8), -0.002, 300.0, 1.0);
     contact.vertices = {0, 1, 2};
     contact.weights = {0.2, 0.5, 0.3};
     contact.reaction_vertices = {3, 4, 5};
     contact.reaction_weights = {0.1, 0.1, 0.8};
-    effect.contacts.assign(3, contact);
+    output.contacts.assign(3, contact);
     const auto momentum = [&] {
         Vector3 sum = Vector3::Zero();
         for (Index v = 0; v < 6; ++v) sum += s.materials.mass[static_cast<std::size_t>(v)] * s.frame.velocity.col(v);
@@ -368,7 +368,7 @@ TEST(MassSpring, TwoSidedContactKeepsMomentum) {
     };
     const Vector3 before = momentum();
     std::vector<Wrench> reaction(1);
-    ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     EXPECT_LT((momentum() - before).norm(), 1e-15);
     EXPECT_GT(tissue.loads()[0].normal, 0.3);
     EXPECT_NEAR(tissue.loads()[0].normal, tissue.loads()[2].normal, 1e-12);
@@ -382,19 +382,19 @@ double chatter(bool held, double mu) {
     s.materials.drag.assign(s.materials.mass.size(), 5.0 * mass);
     for (Spring& spring : s.materials.springs) spring.damping = 0.02;
     MassSpring tissue(s.topology, s.materials);
-    Effect effect = empty_effect(s.topology);
+    ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
     double low = 1.0;
     double high = 0.0;
     for (int tick = 0; tick < 3000; ++tick) {
-        effect.clear();
-        effect.contact_timing = held ? ContactTiming::at_tick_start : ContactTiming::implicit;
+        output.clear();
+        output.contact_timing = held ? ContactTiming::at_tick_start : ContactTiming::implicit;
         const double plane = -0.005 * std::min(1.0, tick / 500.0);
         for (Index v = 0; v < s.topology.vertex_count; ++v) {
             if (s.frame.position.col(v).head<2>().norm() > 0.008 || s.frame.position(2, v) < plane) continue;
-            effect.contacts.push_back(plane_contact(v, -Vector3::UnitZ(), plane - s.frame.position(2, v), 300.0, mu));
+            output.contacts.push_back(plane_contact(v, -Vector3::UnitZ(), plane - s.frame.position(2, v), 300.0, mu));
         }
-        if (!tissue.advance(effect, 1e-3, s.frame, reaction).ok()) return std::numeric_limits<double>::infinity();
+        if (!tissue.advance(output, 1e-3, s.frame, reaction).ok()) return std::numeric_limits<double>::infinity();
         if (tick < 2000) continue;
         const double depth = s.frame.position(2, 0) - plane;
         low = std::min(low, depth);
@@ -413,10 +413,10 @@ TEST(MassSpring, HeldContactForceChattersWhereTheReEvaluatedOneIsAtRest) {
 TEST(MassSpring, PlacedVertexStartsWhereItWasPut) {
     TissueSample s = make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
     MassSpring tissue(s.topology, s.materials);
-    Effect effect = empty_effect(s.topology);
-    effect.placements.push_back({0, Vector3(0.1, 0.2, 0.3), Vector3(1.0, 0.0, 0.0)});
+    ResponseOutput output = empty_output(s.topology);
+    output.position_corrections.push_back({0, Vector3(0.1, 0.2, 0.3), Vector3(1.0, 0.0, 0.0)});
     std::vector<Wrench> reaction(1);
-    ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     EXPECT_LT((s.frame.position.col(0) - Vector3(0.101, 0.2, 0.3)).norm(), 1e-15);
     EXPECT_LT((s.frame.previous.col(0) - Vector3(0.1, 0.2, 0.3)).norm(), 1e-15);
 }
@@ -426,14 +426,14 @@ TEST(MassSpring, FailureLeavesTheFrameAsItWas) {
     s.frame.velocity(2, 0) = 1e9;
     const Frame before = s.frame;
     MassSpring tissue(s.topology, s.materials);
-    Effect effect = empty_effect(s.topology);
+    ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
-    EXPECT_EQ(tissue.advance(effect, 1e-3, s.frame, reaction).kind, OutcomeKind::unstable);
+    EXPECT_EQ(tissue.advance(output, 1e-3, s.frame, reaction).kind, OutcomeKind::unstable);
     EXPECT_EQ(s.frame.position, before.position);
     EXPECT_EQ(s.frame.velocity, before.velocity);
     s.frame.velocity(2, 0) = 0.0;
-    effect.held_force(0, 0) = std::numeric_limits<double>::quiet_NaN();
-    EXPECT_EQ(tissue.advance(effect, 1e-3, s.frame, reaction).kind, OutcomeKind::not_finite);
+    output.held_force(0, 0) = std::numeric_limits<double>::quiet_NaN();
+    EXPECT_EQ(tissue.advance(output, 1e-3, s.frame, reaction).kind, OutcomeKind::not_finite);
     EXPECT_EQ(s.frame.position, before.position);
     EXPECT_EQ(reaction[0].force, Vector3(Vector3::Zero()));
 }
@@ -444,9 +444,9 @@ TEST(MassSpring, StrainLimiterHoldsAnOverstretchedEdge) {
     s.materials.strain_limit = 1.0;
     s.frame.velocity(0, 1) = 9.0;
     MassSpring tissue(s.topology, s.materials);
-    Effect effect = empty_effect(s.topology);
+    ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
-    for (int tick = 0; tick < 5; ++tick) ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    for (int tick = 0; tick < 5; ++tick) ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     EXPECT_LE(tissue.max_strain(), 1.0 + 1e-12);
     EXPECT_LE(s.frame.position(0, 1), 0.02 + 1e-12);
     EXPECT_GT(s.frame.position(0, 1), 0.019);
@@ -462,9 +462,9 @@ TEST(MassSpring, StrainLimiterKeepsTheMomentumOfTwoThatFlyApart) {
     s.frame.velocity(0, 0) = -3.0;
     s.frame.velocity(0, 1) = 3.0;
     MassSpring tissue(s.topology, s.materials);
-    const Effect effect = empty_effect(s.topology);
+    const ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
-    ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+    ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     EXPECT_NEAR(s.frame.velocity(0, 0), 1.5, 1e-12);
     EXPECT_NEAR(s.frame.velocity(0, 1), 1.5, 1e-12);
     EXPECT_NEAR(s.frame.position(0, 0), 0.01575 - 0.015, 1e-12);
@@ -472,8 +472,8 @@ TEST(MassSpring, StrainLimiterKeepsTheMomentumOfTwoThatFlyApart) {
 }
 
 TEST(MassSpring, LargestMoveOfAFlightAlongADiagonalIsTheWayItself) {
-    // The bound by coordinates is exact where all three are alike: 2 m/s in each for 1 ms, and before that a placement
-    // by 1 mm in each.
+    // The bound by coordinates is exact where all three are alike: 2 m/s in each for 1 ms, and before that a position
+    // correction by 1 mm in each.
     const Vector3 diagonal(1.0, -1.0, 1.0);
     for (const double put : {0.0, 1e-3}) {
         TissueSample s = make_tissue({Vector3(0.1, 0.2, 0.3)}, {1e-3}, {0}, {});
@@ -481,10 +481,11 @@ TEST(MassSpring, LargestMoveOfAFlightAlongADiagonalIsTheWayItself) {
         s.frame.velocity.col(0) = 2.0 * diagonal;
         MassSpring tissue(s.topology, s.materials);
         EXPECT_EQ(tissue.largest_move(), 0.0) << "before the first tick";
-        Effect effect = empty_effect(s.topology);
-        if (put > 0.0) effect.placements.push_back({0, s.frame.position.col(0) + put * diagonal, 2.0 * diagonal});
+        ResponseOutput output = empty_output(s.topology);
+        if (put > 0.0)
+            output.position_corrections.push_back({0, s.frame.position.col(0) + put * diagonal, 2.0 * diagonal});
         std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(tissue.advance(effect, 1e-3, s.frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
         EXPECT_NEAR(tissue.largest_move(), std::sqrt(3.0) * (put + 2e-3), 1e-15);
         EXPECT_NEAR((s.frame.position.col(0) - Vector3(0.1, 0.2, 0.3)).norm(), tissue.largest_move(), 1e-15);
     }

@@ -25,20 +25,20 @@ protected:
         return s;
     }
     MovingTissue& taken() {
-        tissue.take_over(test::empty_effect(s.topology), s.frame);
+        tissue.take_over(test::empty_output(s.topology), s.frame);
         return tissue;
     }
     /// Hands a force on a node on to what it moves with.
     void pass_on(std::size_t level, Index node, const Vector3& force, std::vector<Matrix3X>& to) {
         const RegionLevel& here = region.levels()[level];
         if (here.fixed[at(node)] != 0) return;
-        if (here.awake[at(node)] != 0) {
+        if (here.active[at(node)] != 0) {
             to[level].col(node) += force;
             return;
         }
         for (std::size_t n = 0; n < 3; ++n) {
-            const double share = here.share[at(node)][n];
-            if (share != 0.0) pass_on(level + 1, here.parent[at(node)][n], share * force, to);
+            const double weight = here.weight[at(node)][n];
+            if (weight != 0.0) pass_on(level + 1, here.parent[at(node)][n], weight * force, to);
         }
     }
     [[nodiscard]] std::vector<Matrix3X> nothing() {
@@ -69,9 +69,9 @@ protected:
         for (std::size_t level = 1; level < levels.size(); ++level) {
             RegionLevel& here = levels[level];
             for (Index node = 0; at(node) < here.size(); ++node) region.refresh(level, node);
-            for (const Index node : here.awake_nodes) forces[level].col(node) += here.force.col(node).head<3>();
+            for (const Index node : here.active_nodes) forces[level].col(node) += here.force.col(node).head<3>();
             for (std::size_t e = 0; e < here.i.size(); ++e) {
-                if (here.awake[at(here.i[e])] == 0 && here.awake[at(here.j[e])] == 0) continue;
+                if (here.active[at(here.i[e])] == 0 && here.active[at(here.j[e])] == 0) continue;
                 const Vector3 apart = (here.displacement.col(here.j[e]) - here.displacement.col(here.i[e])).head<3>();
                 const Vector3 pull = full(here.stiffness[e]) * apart;
                 pass_on(level, here.i[e], pull, forces);
@@ -80,10 +80,10 @@ protected:
         }
         return forces;
     }
-    void move_what_is_awake() {
+    void move_active() {
         for (std::size_t level = 1; level < region.levels().size(); ++level) {
             RegionLevel& here = region.levels()[level];
-            for (const Index node : here.awake_nodes) {
+            for (const Index node : here.active_nodes) {
                 here.displacement.col(node).head<3>() += 1e-3 * test::random_vector(number, random);
             }
         }
@@ -112,25 +112,25 @@ protected:
 TEST_F(RegionLevels, NodesThatAreAwakeArePulledByThePlacesOfAllVerticesWhicheverOthersSleep) {
     const std::size_t last = region.levels().size() - 1;
     ASSERT_GE(last, 3U) << "a level that sleeps on one that sleeps";
-    move_what_is_awake();
+    move_active();
     compare("all asleep");
     for (int round = 0; round < 4; ++round) {
         for (std::size_t level = 1; level < last; ++level) {
             for (Index node = 0; at(node) < region.levels()[level].size(); ++node) {
-                if (random() % 3 == 0) region.wake(level, node);
+                if (random() % 3 == 0) region.activate(level, node);
             }
         }
         compare("some awake");
-        move_what_is_awake();
+        move_active();
         compare("some have moved by themselves");
         for (std::size_t level = last - 1; level > 0; --level) {
-            const std::vector<Index> awake = region.levels()[level].awake_nodes;
-            for (const Index node : awake) {
-                if (random() % 2 == 0) region.sleep(level, node);
+            const std::vector<Index> active = region.levels()[level].active_nodes;
+            for (const Index node : active) {
+                if (random() % 2 == 0) region.interpolate(level, node);
             }
         }
         compare("some asleep where they were");
-        move_what_is_awake();
+        move_active();
         compare("carried on from there");
     }
     region.start();
@@ -140,18 +140,18 @@ TEST_F(RegionLevels, NodesThatAreAwakeArePulledByThePlacesOfAllVerticesWhichever
         const Vector3 place = tissue.state().position.col(eigen_index(v)).head<3>();
         EXPECT_EQ(Vector3(frame.position.col(tissue.state().vertex[v])), place);
     }
-    move_what_is_awake();
+    move_active();
     compare("anew");
 }
 
 TEST_F(RegionLevels, NodesThatNothingMovesWithFallAsleepWithoutAPush) {
     ASSERT_GE(region.levels().size(), 3U);
-    for (Index node = 0; at(node) < region.levels()[0].size(); ++node) region.wake(0, node);
+    for (Index node = 0; at(node) < region.levels()[0].size(); ++node) region.activate(0, node);
     RegionLevel& first = region.levels()[1];
-    for (Index node = 0; at(node) < first.size(); ++node) region.wake(1, node);
-    const std::vector<Index> awake = first.awake_nodes;
-    for (const Index node : awake) first.velocity.col(node).head<3>() = test::random_vector(number, random);
-    for (const Index node : awake) region.sleep(1, node);
+    for (Index node = 0; at(node) < first.size(); ++node) region.activate(1, node);
+    const std::vector<Index> active = first.active_nodes;
+    for (const Index node : active) first.velocity.col(node).head<3>() = test::random_vector(number, random);
+    for (const Index node : active) region.interpolate(1, node);
     for (std::size_t level = 1; level < region.levels().size(); ++level) {
         EXPECT_EQ(region.levels()[level].velocity.cwiseAbs().maxCoeff(), 0.0) << level;
     }
@@ -159,7 +159,7 @@ TEST_F(RegionLevels, NodesThatNothingMovesWithFallAsleepWithoutAPush) {
 
 TEST_F(RegionLevels, NodesWakeAndFallAsleepWithoutMovingAVertex) {
     const std::size_t last = region.levels().size() - 1;
-    move_what_is_awake();
+    move_active();
     const auto places = [this] {
         Frame frame = s.frame;
         region.complete(frame);
@@ -170,15 +170,15 @@ TEST_F(RegionLevels, NodesWakeAndFallAsleepWithoutMovingAVertex) {
         for (std::size_t level = 1; level < last; ++level) {
             for (Index node = 0; at(node) < region.levels()[level].size(); ++node) {
                 region.next_moment();
-                if (random() % 3 == 0) region.wake(level, node);
+                if (random() % 3 == 0) region.activate(level, node);
             }
         }
         EXPECT_LT((places() - before).cwiseAbs().maxCoeff(), 1e-15) << round;
-        move_what_is_awake();
+        move_active();
         before = places();
         for (std::size_t level = 1; level < last; ++level) {
-            const std::vector<Index> awake = region.levels()[level].awake_nodes;
-            for (const Index node : awake) region.sleep(level, node);
+            const std::vector<Index> active = region.levels()[level].active_nodes;
+            for (const Index node : active) region.interpolate(level, node);
         }
         EXPECT_LT((places() - before).cwiseAbs().maxCoeff(), 1e-15) << round;
     }

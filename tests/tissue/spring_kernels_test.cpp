@@ -75,10 +75,11 @@ TEST(SpringKernels, EveryVersionStepsByTheSameForcesAsTheObviousForm) {
             const Vector3 before = tangle.velocity.col(v);
             const Vector3 all = force.col(v) - state.drag[i] * before;
             const Vector3 velocity = before + h * state.inverse_mass[i] * all;
-            const Vector3 way = state.inverse_mass[i] == 0.0 ? Vector3(Vector3::Zero()) : Vector3(h * velocity);
-            furthest = std::max(furthest, way.cwiseAbs().maxCoeff());
+            const Vector3 path = state.inverse_mass[i] == 0.0 ? Vector3(Vector3::Zero()) : Vector3(h * velocity);
+            furthest = std::max(furthest, path.cwiseAbs().maxCoeff());
             EXPECT_LT((state.velocity.col(v).head<3>() - velocity).norm(), 1e-11) << kernels.target << ", " << v;
-            EXPECT_LT((state.position.col(v).head<3>() - tangle.position.col(v) - way).norm(), 1e-13) << kernels.target;
+            EXPECT_LT((state.position.col(v).head<3>() - tangle.position.col(v) - path).norm(), 1e-13)
+                << kernels.target;
         }
         EXPECT_TRUE(check.finite);
         EXPECT_NEAR(check.furthest, furthest, 1e-13);

@@ -129,7 +129,7 @@ TEST(StepEstimate, OneMassOnOneSpringIsExact) {
     EXPECT_TRUE(explicit_step(s.materials, s.frame.position, 0.05, false).damping_decides);
 }
 
-TEST(StepEstimate, WhatIsSurelyUnstableIsOnlyLookedForWhereSubStepsAreNotSurelyStable) {
+TEST(StepEstimate, WhatIsSurelyUnstableIsOnlySearchedForWhereSubStepsAreNotSurelyStable) {
     TissueSample s = make_tissue({Vector3::Zero(), Vector3(0.01, 0.0, 0.0)}, {1e-3, 1e-3}, {1, 0},
                                  {{.i = 0, .j = 1, .rest = 0.01, .k = 400.0, .damping = 0.3}});
     s.materials.substeps = 4;
@@ -149,7 +149,7 @@ TEST(StepEstimate, TheIntegratorAgrees) {
         for (const auto& [h, stable] :
              {std::pair{estimate.stable_step, true}, {1.02 * estimate.unstable_step, false}}) {
             MassSpring tissue(s.topology, s.materials);
-            const Effect effect = test::empty_effect(s.topology);
+            const ResponseOutput output = test::empty_output(s.topology);
             std::vector<Wrench> reaction(1);
             Frame frame = s.frame;
             for (Index v = 0; v < s.topology.vertex_count; ++v) {
@@ -157,14 +157,14 @@ TEST(StepEstimate, TheIntegratorAgrees) {
             }
             Outcome outcome;
             for (int tick = 0; tick < 3000 && outcome.ok(); ++tick)
-                outcome = tissue.advance(effect, h, frame, reaction);
+                outcome = tissue.advance(output, h, frame, reaction);
             const double speed = frame.velocity.cwiseAbs().maxCoeff();
             EXPECT_EQ(outcome.ok() && speed < 1e-2, stable) << h << " s, damping " << damping << ", " << speed;
         }
     }
 }
 
-TEST(StepEstimate, TheRegistrysSteppersTellAtLeastWhatTheyTake) {
+TEST(StepEstimate, TheRegistrysSteppersReportAtLeastWhatTheyTake) {
     TissueSample s = make_disc(0.03, 0.005, 100.0, 0.2, 7e-5);
     s.materials.substeps = 3;
     for (const StepperEntry& entry : registry().steppers()) {

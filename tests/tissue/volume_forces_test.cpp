@@ -17,7 +17,7 @@
 namespace trocar {
 namespace {
 
-using test::empty_effect;
+using test::empty_output;
 using test::make_tissue;
 using test::TissueSample;
 
@@ -30,7 +30,7 @@ Matrix3X force_of(const Materials& materials, const Matrix3X& position) {
 /// A closed body of tissue: an ellipsoid of 30, 25 and 20 mm.
 Scene organ(const std::string& tissue, const std::string& radii = "[0.03,0.025,0.02]", double edge = 0.006) {
     return test::scene_from_text(fmt::format(
-        R"({{"format":"trocar-scene-1","name":"organ","ticks":10,"bodies":[{{"name":"organ","kind":"tissue",
+        R"({{"format":"trocar-scene-2","name":"organ","ticks":10,"bodies":[{{"name":"organ","kind":"tissue",
             "parts":[{{"shape":"ellipsoid","radii":{},"edge":{}}}],"tissue":{{"pinned":"none",{}}}}}]}})",
         radii, edge, tissue));
 }
@@ -47,7 +47,7 @@ Matrix3X shaken(const Matrix3X& position, double by, unsigned seed = 3) {
 
 TEST(Enclosures, PressureOfASqueezedBlockIsTheBulkModulusTimesItsLossOfVolume) {
     const Scene scene = test::scene_from_text(
-        R"({"format":"trocar-scene-1","name":"block","ticks":1,"bodies":[{"name":"block","kind":"tissue",
+        R"({"format":"trocar-scene-2","name":"block","ticks":1,"bodies":[{"name":"block","kind":"tissue",
             "parts":[{"shape":"box","size":[0.04,0.04,0.02],"edge":0.01}],
             "tissue":{"pinned":"none","bulk_modulus":5000}}]})");
     ASSERT_EQ(scene.materials.enclosures.size(), 1U);
@@ -92,12 +92,12 @@ TEST(Enclosures, OuterPressureIsCarriedByVolumeAndSpringsSideBySide) {
                   "[0.03,0.03,0.03]", 0.006);
         Frame frame = scene.first;
         MassSpring tissue(scene.topology, scene.materials);
-        Effect effect = empty_effect(scene.topology);
+        ResponseOutput output = empty_output(scene.topology);
         const Enclosure& enclosure = scene.materials.enclosures.front();
-        add_volume_gradient(enclosure.triangles, frame.position, -outer, effect.held_force);
+        add_volume_gradient(enclosure.triangles, frame.position, -outer, output.held_force);
         std::vector<Wrench> reaction(1);
         for (int tick = 0; tick < 1500; ++tick) {
-            ASSERT_TRUE(tissue.advance(effect, 1e-3, frame, reaction).ok());
+            ASSERT_TRUE(tissue.advance(output, 1e-3, frame, reaction).ok());
         }
         ASSERT_LT(frame.velocity.cwiseAbs().maxCoeff(), 1e-9);
         const double loss = 1.0 - enclosed_volume(enclosure.triangles, frame.position) / enclosure.volume;
@@ -138,18 +138,18 @@ TEST(VolumeForces, StiffnessIsTheChangeOfTheForce) {
     Scene scene = organ(filled);
     for (std::size_t v = 0; v < scene.materials.pinned.size(); v += 5) scene.materials.pinned[v] = 1;
     const Matrix3X position = shaken(scene.first.position, 0.001);
-    Matrix3X way = shaken(Matrix3X::Zero(3, position.cols()), 1.0, 5);
+    Matrix3X path = shaken(Matrix3X::Zero(3, position.cols()), 1.0, 5);
     Matrix3X product;
-    apply_stiffness(scene.materials, position, way, product);
+    apply_stiffness(scene.materials, position, path, product);
     constexpr double h = 1e-7;
     const Matrix3X rest = Matrix3X::Zero(3, position.cols());
     for (Index v = 0; v < position.cols(); ++v) {
-        if (!is_free(scene.materials, v)) way.col(v).setZero();
+        if (!is_free(scene.materials, v)) path.col(v).setZero();
     }
     Matrix3X ahead;
     Matrix3X behind;
-    internal_force(scene.materials, position + h * way, rest, ahead);
-    internal_force(scene.materials, position - h * way, rest, behind);
+    internal_force(scene.materials, position + h * path, rest, ahead);
+    internal_force(scene.materials, position - h * path, rest, behind);
     const Matrix3X expected = (behind - ahead) / (2.0 * h);
     for (Index v = 0; v < position.cols(); ++v) {
         if (!is_free(scene.materials, v)) continue;
@@ -162,11 +162,11 @@ TEST(VolumeForces, LinearisedStiffnessIsExactAtRestAndNeverNegative) {
     const Index n = scene.topology.vertex_count;
     VolumeForces volumes(scene.materials);
     volumes.linearise(scene.first.position);
-    const Matrix3X way = shaken(Matrix3X::Zero(3, n), 1.0, 6);
+    const Matrix3X path = shaken(Matrix3X::Zero(3, n), 1.0, 6);
     Matrix3X product = Matrix3X::Zero(3, n);
     Matrix3X exact = Matrix3X::Zero(3, n);
-    volumes.add_product(way, product);
-    add_volume_stiffness(volumes.enclosures(), scene.first.position, way, exact);
+    volumes.add_product(path, product);
+    add_volume_stiffness(volumes.enclosures(), scene.first.position, path, exact);
     EXPECT_LT((product - exact).norm(), 1e-9 * exact.norm());
 
     const Matrix3X position = shaken(scene.first.position, 0.002);
@@ -195,14 +195,14 @@ TEST(VolumeForces, StepLimitCountsThemAll) {
             frame.velocity = 1e-5 * mode.shape;
             scene.materials.substeps = 1;
             MassSpring tissue_now(scene.topology, scene.materials);
-            const Effect effect = empty_effect(scene.topology);
+            const ResponseOutput output = empty_output(scene.topology);
             std::vector<Wrench> reaction(1);
             const double start = frame.velocity.cwiseAbs().maxCoeff();
             double growth = 1.0;
             bool failed = false;
             for (int tick = 0; tick < 4000 && !failed; ++tick) {
                 const double h = share * critical_time_step(omega, 0.0);
-                failed = !tissue_now.advance(effect, h, frame, reaction).ok();
+                failed = !tissue_now.advance(output, h, frame, reaction).ok();
                 growth = std::max(growth, frame.velocity.cwiseAbs().maxCoeff() / start);
             }
             EXPECT_EQ(failed || growth > 100.0, share > 1.0) << tissue << " at " << share << " by " << growth;
@@ -230,9 +230,9 @@ TEST(VolumeForces, FreeOrganKeepsMomentumAndEnergyAndAsksForNoMemory) {
         frame.velocity.col(v) += 0.5 * (frame.position.col(v) - middle).normalized();  // breathes
     }
     MassSpring tissue(scene.topology, scene.materials);
-    const Effect effect = empty_effect(scene.topology);
+    const ResponseOutput output = empty_output(scene.topology);
     std::vector<Wrench> reaction(1);
-    const auto books = [&] {
+    const auto audit = [&] {
         Eigen::Vector4d sum = Eigen::Vector4d::Zero();
         for (Index v = 0; v < scene.topology.vertex_count; ++v) {
             const double mass = scene.materials.mass[static_cast<std::size_t>(v)];
@@ -247,7 +247,7 @@ TEST(VolumeForces, FreeOrganKeepsMomentumAndEnergyAndAsksForNoMemory) {
         sum[3] += volume_energy(scene.materials.enclosures, frame.position);
         return sum;
     };
-    const Eigen::Vector4d before = books();
+    const Eigen::Vector4d before = audit();
     double kinetic = 0.0;
     for (Index v = 0; v < scene.topology.vertex_count; ++v) {
         kinetic += 0.5 * scene.materials.mass[static_cast<std::size_t>(v)] * frame.velocity.col(v).squaredNorm();
@@ -256,10 +256,10 @@ TEST(VolumeForces, FreeOrganKeepsMomentumAndEnergyAndAsksForNoMemory) {
     double in_volume = 0.0;
     for (int tick = 0; tick < 200; ++tick) {
         const std::int64_t allocations = allocation_count();
-        ASSERT_TRUE(tissue.advance(effect, 1e-3, frame, reaction).ok());
+        ASSERT_TRUE(tissue.advance(output, 1e-3, frame, reaction).ok());
         EXPECT_EQ(allocation_count(), allocations);
         in_volume = std::max(in_volume, volume_energy(scene.materials.enclosures, frame.position));
-        const Eigen::Vector4d now = books();
+        const Eigen::Vector4d now = audit();
         // The rest bias is an outer force that sums to zero; the scheme's energy ripples with w h.
         ASSERT_LT((now - before).head<3>().norm(), 1e-12);
         ASSERT_NEAR(now[3], before[3], 0.02 * kinetic) << tick;
@@ -280,12 +280,12 @@ TEST(VolumeForces, AHeldVertexOfAnEnclosureStaysAndPassesTheForceOn) {
     Matrix3X force;
     internal_force(s.materials, s.frame.position, s.frame.velocity, force);
     MassSpring tissue(s.topology, s.materials);
-    const Effect effect = empty_effect(s.topology);
+    const ResponseOutput output = empty_output(s.topology);
     std::vector<Wrench> reaction(1);
     const Matrix3X before = s.frame.position;
     const double dt = 1e-6;
     s.materials.substeps = 1;
-    ASSERT_TRUE(tissue.advance(effect, dt, s.frame, reaction).ok());
+    ASSERT_TRUE(tissue.advance(output, dt, s.frame, reaction).ok());
     const Vector3 expected = dt / s.materials.mass[5] * force.col(5);
     EXPECT_LT((s.frame.velocity.col(5) - expected).norm(), 1e-10 * expected.norm());
     for (Index v = 0; v < s.topology.vertex_count; ++v) {

@@ -17,7 +17,7 @@ PlayedFrame frame_at(const Scene& scene, std::int64_t tick, double depth, double
     frame.depth.assign(static_cast<std::size_t>(scene.topology.vertex_count), 0.0);
     frame.strain.assign(frame.depth.size(), 0.0);
     frame.row.tick = tick;
-    frame.row.max_depth = depth;
+    frame.row.residual_penetration = depth;
     frame.row.tool_force = Vector3(0.0, 0.0, force);
     return frame;
 }
@@ -93,7 +93,7 @@ TEST(RunCapture, TheToolIsPushedWhereItsContactsAreByTheirForce) {
 
 TEST(RunCapture, FeaturesThatAreOnlyNearAreNoContactsToLookAt) {
     const Scene scene = test::scene_from_text(test::poke_text());
-    const auto told = [](ActingKind kind, double depth, double x) {
+    const auto reported = [](ActingKind kind, double depth, double x) {
         PlayedContact one;
         one.kind = kind;
         one.body = 1;
@@ -103,9 +103,9 @@ TEST(RunCapture, FeaturesThatAreOnlyNearAreNoContactsToLookAt) {
         return one;
     };
     PlayedFrame frame = frame_at(scene, 0, 0.0, 0.0);
-    frame.contacts = {told(ActingKind::found, -1e-4, 1.0), told(ActingKind::found, 0.0, 2.0),
-                      told(ActingKind::found, 1e-9, 3.0), told(ActingKind::pushed, -1e-4, 4.0),
-                      told(ActingKind::found, 1e-3, std::nan(""))};
+    frame.contacts = {reported(ActingKind::found, -1e-4, 1.0), reported(ActingKind::found, 0.0, 2.0),
+                      reported(ActingKind::found, 1e-9, 3.0), reported(ActingKind::pushed, -1e-4, 4.0),
+                      reported(ActingKind::found, 1e-3, std::nan(""))};
     RunCapture capture(scene.topology, 8, true);
     capture.see(frame);
     const ViewedRun run = capture.finish();

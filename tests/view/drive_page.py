@@ -137,7 +137,7 @@ def changed(first, second):
 
 
 def drive(browser, page):
-    told = {}
+    reported = {}
     browser.log("performance")  # what the browser's own first page asked for
     browser.call("POST", "/url", {"url": pathlib.Path(page).resolve().as_uri()})
     for _ in range(300):
@@ -145,61 +145,61 @@ def drive(browser, page):
         if ready or browser.script("return document.querySelector('[role=alert]') !== null && !window.trocarViewer?.page"):
             break
         time.sleep(0.1)
-    told["ready"] = ready
-    told["alerts"] = browser.script("return [...document.querySelectorAll('[role=alert]')].map((one) => one.textContent)")
+    reported["ready"] = ready
+    reported["alerts"] = browser.script("return [...document.querySelectorAll('[role=alert]')].map((one) => one.textContent)")
     if ready:
-        use(browser, told)
-    told["errors"] = [one["message"] for one in browser.log("browser") if one["level"] == "SEVERE"]
+        use(browser, reported)
+    reported["errors"] = [one["message"] for one in browser.log("browser") if one["level"] == "SEVERE"]
     requests = [json.loads(one["message"])["message"] for one in browser.log("performance")]
-    told["requests"] = sorted({one["params"]["request"]["url"].split("#")[0] for one in requests
+    reported["requests"] = sorted({one["params"]["request"]["url"].split("#")[0] for one in requests
                                if one["method"] == "Network.requestWillBeSent"
                                and not one["params"]["request"]["url"].startswith(("data:", "blob:", "chrome:"))})
-    return told
+    return reported
 
 
-def use(browser, told):
+def use(browser, reported):
     tick = lambda: browser.script("return trocarViewer.page.tick")
     canvas = "canvas.stage"
-    told["panels"] = browser.script("return document.querySelectorAll('.panel').length")
-    told["panel_words"] = browser.text(".panel")
-    told["first_tick"] = tick()
+    reported["panels"] = browser.script("return document.querySelectorAll('.panel').length")
+    reported["panel_words"] = browser.text(".panel")
+    reported["first_tick"] = tick()
     at_worst = browser.picture(canvas)
-    told["variance"] = variance(at_worst)
+    reported["variance"] = variance(at_worst)
     browser.press("\ue011")  # Home
-    told["tick_after_home"] = tick()
+    reported["tick_after_home"] = tick()
     at_start = browser.picture(canvas)
-    told["changed_by_tick"] = changed(at_worst, at_start)
+    reported["changed_by_tick"] = changed(at_worst, at_start)
     browser.press("\ue014")  # right
-    told["tick_after_right"] = tick()
+    reported["tick_after_right"] = tick()
     browser.click("#tick")  # its middle
-    told["tick_after_slider"] = tick()
-    told["slider_shows"] = browser.text(".transport output")
+    reported["tick_after_slider"] = tick()
+    reported["slider_shows"] = browser.text(".transport output")
     browser.click(".panel .worst")
-    told["tick_after_worst"] = tick()
+    reported["tick_after_worst"] = tick()
     browser.press("w")
-    told["tick_after_w"] = tick()
+    reported["tick_after_w"] = tick()
     worst = browser.picture(canvas)
     browser.click("[data-field=displacement]")
-    told["pressed"] = browser.script("return document.querySelector('[data-field=displacement]').getAttribute('aria-pressed')")
-    told["changed_by_field"] = changed(worst, browser.picture(canvas))
-    told["legend"] = browser.text(".legend")
+    reported["pressed"] = browser.script("return document.querySelector('[data-field=displacement]').getAttribute('aria-pressed')")
+    reported["changed_by_field"] = changed(worst, browser.picture(canvas))
+    reported["legend"] = browser.text(".legend")
     before = browser.picture(canvas)
     browser.drag(".surface", (0, 60), (90, 90))
-    told["changed_by_turning"] = changed(before, browser.picture(canvas))
+    reported["changed_by_turning"] = changed(before, browser.picture(canvas))
     browser.drag("#force", (40, 0), (40, 0))
-    told["tick_after_chart"] = tick()
+    reported["tick_after_chart"] = tick()
     browser.press("\ue011")
     browser.click("#play")
     time.sleep(0.7)
-    told["tick_while_playing"] = tick()
+    reported["tick_while_playing"] = tick()
     browser.click("#play")
     stopped = tick()
     time.sleep(0.3)
-    told["stays_when_stopped"] = tick() == stopped
-    if told["panels"] > 1:
+    reported["stays_when_stopped"] = tick() == stopped
+    if reported["panels"] > 1:
         browser.click("[data-run='1']")
-        told["panels_after_click"] = browser.script("return document.querySelectorAll('.panel').length")
-    told["curves"] = browser.script("return [...document.querySelectorAll('.chart svg')].map((svg) => svg.querySelectorAll('path').length)")
+        reported["panels_after_click"] = browser.script("return document.querySelectorAll('.panel').length")
+    reported["curves"] = browser.script("return [...document.querySelectorAll('.chart svg')].map((svg) => svg.querySelectorAll('path').length)")
 
 
 def main():

@@ -54,7 +54,7 @@ TEST(Quantiser, ACoordinateComesBackToHalfAStep) {
     }
 }
 
-TEST(Quantiser, WhatLiesOutsideIsPutOnTheBorderAndTold) {
+TEST(Quantiser, WhatLiesOutsideIsPutOnTheBorderAndReported) {
     const Quantiser quantiser(Vector3(0, 0, 0), Vector3(1, 1, 0));
     EXPECT_DOUBLE_EQ(quantiser.coordinate(quantiser.number(7.0, 0), 0), 1.0);
     EXPECT_DOUBLE_EQ(quantiser.coordinate(quantiser.number(-1e30, 1), 1), 0.0);

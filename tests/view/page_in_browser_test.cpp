@@ -17,7 +17,7 @@ bool has_browser() {
                "command -v python3 >/dev/null") == 0;
 }
 
-/// What drive_page.py tells of a page; null when it fails.
+/// What drive_page.py reports a page; null when it fails.
 nlohmann::json driven(const std::filesystem::path& page) {
     const TemporaryFolder folder;
     const std::string out = (folder.path() / "out").string();
@@ -42,41 +42,42 @@ protected:
 };
 
 /// Free of what a reader must never meet.
-void expect_quiet(const nlohmann::json& told, const std::filesystem::path& page) {
-    EXPECT_EQ(told["errors"], nlohmann::json::array()) << told["errors"];
-    for (const nlohmann::json& url : told["requests"]) {
+void expect_quiet(const nlohmann::json& reported, const std::filesystem::path& page) {
+    EXPECT_EQ(reported["errors"], nlohmann::json::array()) << reported["errors"];
+    for (const nlohmann::json& url : reported["requests"]) {
         EXPECT_EQ(url.get<std::string>().rfind("file://" + page.parent_path().string() + "/", 0), 0U) << url;
     }
 }
 
 TEST_F(PageInBrowser, TwoMethodsFollowMouseAndKeys) {
-    const std::filesystem::path page =
-        made(std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json --response hold --response thesis --ticks 640");
-    const nlohmann::json told = driven(page);
-    ASSERT_TRUE(told.is_object());
-    ASSERT_EQ(told["ready"], true) << told;
-    expect_quiet(told, page);
-    EXPECT_EQ(told["requests"].size(), 1U) << "one file holds all: " << told["requests"];
-    EXPECT_EQ(told["alerts"].size(), 0U) << told["alerts"];
-    EXPECT_EQ(told["panels"], 2);
-    EXPECT_GT(told["variance"], 100.0) << "an empty picture has none";
-    EXPECT_GT(told["changed_by_tick"], 0.02);
-    EXPECT_GT(told["changed_by_field"], 0.02);
-    EXPECT_GT(told["changed_by_turning"], 0.2);
-    EXPECT_EQ(told["tick_after_home"], 0);
-    EXPECT_EQ(told["tick_after_right"], 1);
-    EXPECT_NEAR(told["tick_after_slider"].get<double>(), 320.0, 6.0);
-    EXPECT_NE(told["slider_shows"].get<std::string>().find("of 640"), std::string::npos) << told["slider_shows"];
-    EXPECT_EQ(told["tick_after_worst"], 0) << "hold leaves nothing: its first tick is as bad as any";
-    EXPECT_EQ(told["tick_after_w"], told["first_tick"]) << "a page opens where it is worst";
-    EXPECT_GT(told["first_tick"], 360) << "before that nothing touches";
-    EXPECT_EQ(told["pressed"], "true");
-    EXPECT_NE(told["legend"].get<std::string>().find("mm"), std::string::npos);
-    EXPECT_GT(told["tick_after_chart"], 320);
-    EXPECT_GT(told["tick_while_playing"], 0);
-    EXPECT_EQ(told["stays_when_stopped"], true);
-    EXPECT_EQ(told["panels_after_click"], 1);
-    EXPECT_EQ(told["curves"].size(), 2U);
+    const std::filesystem::path page = made(
+        std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json --response unilateral --response thesis --ticks 640");
+    const nlohmann::json reported = driven(page);
+    ASSERT_TRUE(reported.is_object());
+    ASSERT_EQ(reported["ready"], true) << reported;
+    expect_quiet(reported, page);
+    EXPECT_EQ(reported["requests"].size(), 1U) << "one file holds all: " << reported["requests"];
+    EXPECT_EQ(reported["alerts"].size(), 0U) << reported["alerts"];
+    EXPECT_EQ(reported["panels"], 2);
+    EXPECT_GT(reported["variance"], 100.0) << "an empty picture has none";
+    EXPECT_GT(reported["changed_by_tick"], 0.02);
+    EXPECT_GT(reported["changed_by_field"], 0.02);
+    EXPECT_GT(reported["changed_by_turning"], 0.2);
+    EXPECT_EQ(reported["tick_after_home"], 0);
+    EXPECT_EQ(reported["tick_after_right"], 1);
+    EXPECT_NEAR(reported["tick_after_slider"].get<double>(), 320.0, 6.0);
+    EXPECT_NE(reported["slider_shows"].get<std::string>().find("of 640"), std::string::npos)
+        << reported["slider_shows"];
+    EXPECT_EQ(reported["tick_after_worst"], 0) << "hold leaves nothing: its first tick is as bad as any";
+    EXPECT_EQ(reported["tick_after_w"], reported["first_tick"]) << "a page opens where it is worst";
+    EXPECT_GT(reported["first_tick"], 360) << "before that nothing touches";
+    EXPECT_EQ(reported["pressed"], "true");
+    EXPECT_NE(reported["legend"].get<std::string>().find("mm"), std::string::npos);
+    EXPECT_GT(reported["tick_after_chart"], 320);
+    EXPECT_GT(reported["tick_while_playing"], 0);
+    EXPECT_EQ(reported["stays_when_stopped"], true);
+    EXPECT_EQ(reported["panels_after_click"], 1);
+    EXPECT_EQ(reported["curves"].size(), 2U);
 }
 
 TEST_F(PageInBrowser, AScriptBesideThePageWorksAsWell) {
@@ -90,13 +91,13 @@ TEST_F(PageInBrowser, AScriptBesideThePageWorksAsWell) {
     const std::filesystem::path page = folder_.path() / "beside.html";
     std::ofstream(page) << html;
     std::ofstream(folder_.path() / "viewer.js") << web::viewer_script();
-    const nlohmann::json told = driven(page);
-    ASSERT_TRUE(told.is_object());
-    ASSERT_EQ(told["ready"], true) << told;
-    expect_quiet(told, page);
-    EXPECT_EQ(told["requests"].size(), 2U) << told["requests"];
-    EXPECT_GT(told["variance"], 100.0);
-    EXPECT_GT(told["changed_by_tick"], 0.02);
+    const nlohmann::json reported = driven(page);
+    ASSERT_TRUE(reported.is_object());
+    ASSERT_EQ(reported["ready"], true) << reported;
+    expect_quiet(reported, page);
+    EXPECT_EQ(reported["requests"].size(), 2U) << reported["requests"];
+    EXPECT_GT(reported["variance"], 100.0);
+    EXPECT_GT(reported["changed_by_tick"], 0.02);
 }
 
 TEST_F(PageInBrowser, APageThatWasCutSaysSo) {
@@ -108,12 +109,12 @@ TEST_F(PageInBrowser, APageThatWasCutSaysSo) {
     ASSERT_NE(at, std::string::npos);
     html.replace(at + key.size(), 40, 40, 'A');
     std::ofstream(page) << html;
-    const nlohmann::json told = driven(page);
-    ASSERT_TRUE(told.is_object());
-    EXPECT_EQ(told["ready"], false);
-    EXPECT_FALSE(told["errors"].empty()) << "the test sees what a console shows";
-    ASSERT_FALSE(told["alerts"].empty());
-    EXPECT_NE(told["alerts"][0].get<std::string>().find("cannot be shown"), std::string::npos);
+    const nlohmann::json reported = driven(page);
+    ASSERT_TRUE(reported.is_object());
+    EXPECT_EQ(reported["ready"], false);
+    EXPECT_FALSE(reported["errors"].empty()) << "the test sees what a console shows";
+    ASSERT_FALSE(reported["alerts"].empty());
+    EXPECT_NE(reported["alerts"][0].get<std::string>().find("cannot be shown"), std::string::npos);
 }
 
 }  // namespace

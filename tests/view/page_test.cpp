@@ -84,7 +84,7 @@ TEST(ViewPage, NamesOfUsersAreNoMarkup) {
     EXPECT_NE(html.find("<script src=\"viewer.js\"></script>"), std::string::npos);
 }
 
-TEST(ViewPage, ARunThatFliesAwayIsToldAndCostsNoPrecision) {
+TEST(ViewPage, ARunThatFliesAwayIsReportedAndCostsNoPrecision) {
     ViewPage page = noisy_page(3);
     const double before = view_error_bound(page);
     page.runs.push_back(page.runs.front());

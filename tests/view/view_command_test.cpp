@@ -26,13 +26,13 @@ protected:
             std::filesystem::copy_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / scene,
                                        folder_.path() / scene);
         }
-        const nlohmann::json study{{"format", "trocar-study-1"},
+        const nlohmann::json study{{"format", "trocar-study-2"},
                                    {"name", "small"},
                                    {"closed_loop",
                                     {{"scenes", {"i2t_poke.json", "i2i_cross.json"}},
                                      {"detectors", {"ohc"}},
-                                     {"responses", {"hold", "thesis:profile=faithful", "penalty"}},
-                                     {"contacts", {"canonical", "tracked"}},
+                                     {"responses", {"unilateral", "thesis:profile=faithful", "penalty"}},
+                                     {"contacts", {"intersection", "tracked_proximity"}},
                                      {"ticks", 40}}}};
         std::ofstream(folder_.path() / "study.json") << study.dump();
         const ProgramResult made = run_program("study " + path("study.json") + " --output " + path("out"));
@@ -41,10 +41,10 @@ protected:
     TemporaryFolder folder_;
 };
 
-TEST_F(ViewCommand, PageOfASceneTellsEveryTickOfEachResponse) {
+TEST_F(ViewCommand, PageOfASceneReportsEveryTickOfEachResponse) {
     const std::string page = path("page.html");
     const ProgramResult made =
-        run_program("view " + poke + " --response hold --response thesis --ticks 420 --json --output " + page);
+        run_program("view " + poke + " --response unilateral --response thesis --ticks 420 --json --output " + page);
     ASSERT_EQ(made.status, 0) << made.err;
     EXPECT_EQ(made.err, "");
     const std::string html = read_file(page);
@@ -56,7 +56,7 @@ TEST_F(ViewCommand, PageOfASceneTellsEveryTickOfEachResponse) {
     ASSERT_EQ(run.status, 0);
     const nlohmann::json rows = nlohmann::json::parse(run.out)["rows"];
     double deepest = 0.0;
-    for (const nlohmann::json& row : rows) deepest = std::max(deepest, row["max_depth"].get<double>());
+    for (const nlohmann::json& row : rows) deepest = std::max(deepest, row["residual_penetration"].get<double>());
     ASSERT_GT(deepest, 0.0);
     EXPECT_EQ(data["runs"][1]["label"], "thesis");
     EXPECT_EQ(data["runs"][1]["worst"]["depth"]["value"].get<double>(), deepest);
@@ -78,7 +78,7 @@ TEST_F(ViewCommand, PageOfARecordingHasItsFramesAndNoForce) {
     EXPECT_EQ(data["runs"][0]["frames"].back(), 399);
 }
 
-TEST_F(ViewCommand, APageTellsHowLongATickOfItsSceneOrRecordingIs) {
+TEST_F(ViewCommand, APageReportsHowLongATickOfItsSceneOrRecordingIs) {
     nlohmann::json scene = nlohmann::json::parse(poke_text());
     scene["dt"] = 0.002;
     std::ofstream(path("slow.json")) << scene.dump();
@@ -124,11 +124,13 @@ TEST_F(ViewCommand, NoNameOfASceneLeadsItsPageOutOfTheFolder) {
     std::ofstream(path("a/b/evil.json")) << scene.dump();
     scene["name"] = "..|evil_name";  // another name, the same file
     std::ofstream(path("a/b/twin.json")) << scene.dump();
-    const nlohmann::json study{
-        {"format", "trocar-study-1"},
-        {"name", "small"},
-        {"closed_loop",
-         {{"scenes", {"evil.json", "twin.json"}}, {"detectors", {"ohc"}}, {"responses", {"hold"}}, {"ticks", 3}}}};
+    const nlohmann::json study{{"format", "trocar-study-2"},
+                               {"name", "small"},
+                               {"closed_loop",
+                                {{"scenes", {"evil.json", "twin.json"}},
+                                 {"detectors", {"ohc"}},
+                                 {"responses", {"unilateral"}},
+                                 {"ticks", 3}}}};
     std::ofstream(path("a/b/study.json")) << study.dump();
     const ProgramResult made = run_program("study " + path("a/b/study.json") + " --output " + path("a/b/out"));
     ASSERT_EQ(made.status, 0) << made.err;
@@ -146,9 +148,10 @@ TEST_F(ViewCommand, NoNameOfASceneLeadsItsPageOutOfTheFolder) {
     EXPECT_FALSE(std::filesystem::exists(path("a/evil name.html")));
 }
 
-TEST_F(ViewCommand, ARecordWhoseRunEndsElsewhereIsTold) {
+TEST_F(ViewCommand, ARecordWhoseRunEndsElsewhereIsReported) {
     ASSERT_NO_FATAL_FAILURE(make_study());
-    const std::string scene = " --scene " + path("i2t_poke.json") + " --response hold --output " + path("page.html");
+    const std::string scene =
+        " --scene " + path("i2t_poke.json") + " --response unilateral --output " + path("page.html");
     const ProgramResult same = run_program("view " + path("out") + scene);
     ASSERT_EQ(same.status, 0) << same.err;
     EXPECT_EQ(same.err, "");

@@ -1,0 +1,218 @@
+#include "contact_generation/crossed_sides.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <optional>
+#include <utility>
+
+#include "geometry/signed_crossing.hpp"
+
+namespace trocar {
+namespace {
+
+/// Vertices are followed at a point a hair beside them, always the same way, so that no path runs exactly through an
+/// edge of a regular mesh.
+const Vector3 hair{1.37e-11, -2.91e-11, 2.23e-11};
+
+Corners corners_from(const Topology& topology, const Matrix3X& position, Index triangle) {
+    const auto c = topology.triangles.col(triangle);
+    return {position.col(c[0]), position.col(c[1]), position.col(c[2])};
+}
+
+/// Signed crossings of a vertex with a triangle: first the triangle moves, then the vertex.
+int crossing(const Vector3& from, const Vector3& to, const std::array<Index, 3>& number, const Corners& before,
+             const Corners& after) {
+    Box path;
+    path.add(from);
+    path.add(to);
+    path.min.array() -= 1e-9;
+    path.max.array() += 1e-9;
+    Box swept = box_of(before);
+    for (const Vector3& corner : after) swept.add(corner);
+    if (!path.overlaps(swept)) return 0;
+    const Vector3 x = from + hair;
+    int sum = 0;
+    if (before != after) sum += sweep_crossing(x, number, before, after);
+    if (from != to) sum += segment_crossing(x, to + hair, after[0], after[1], after[2]);
+    return sum;
+}
+
+}  // namespace
+
+const CrossedLayer* CrossedSides::layer(Index vertex, Index face_body) const {
+    if (crossed_[at(vertex)] == 0) return nullptr;
+    const auto found = std::find_if(layers_.begin(), layers_.end(), [&](const CrossedLayer& layer) {
+        return layer.vertex == vertex && layer.face_body == face_body;
+    });
+    return found == layers_.end() ? nullptr : &*found;
+}
+
+bool CrossedSides::is_beyond(const TickStart& start, const FeatureMesh& mesh, Index edge, double fraction,
+                             Index edge_body, Index face_body, const Partners& partners) const {
+    const Topology& topology = start.topology();
+    const Index first = mesh.ends(edge)[0];
+    int count = 0;
+    if (crossed_[at(first)] != 0) {
+        for (const CrossedLayer& one : layers_) {
+            if (one.vertex == first && one.face_body == face_body) count += one.sign;
+        }
+    }
+    const Vector3 from = start.position(first, edge_body);
+    const Vector3 to = (1.0 - fraction) * from + fraction * start.position(mesh.ends(edge)[1], edge_body);
+    // One face at the edge is enough to find what the edge passes through.
+    partners.visit(mesh.faces_at_edge(edge).front(), [&](Index other) {
+        if (topology.body_of_triangle[at(other)] != face_body) return;
+        const auto c = topology.triangles.col(other);
+        count += segment_crossing(from + hair, to + hair, start.position(c[0], face_body),
+                                  start.position(c[1], face_body), start.position(c[2], face_body));
+    });
+    return count != 0;
+}
+
+void CrossedSides::add(const CrossedLayer& layer) {
+    layers_.push_back(layer);
+    ++crossed_[at(layer.vertex)];
+}
+
+void CrossedSides::cross(const PointFace& where, int crossings) {
+    for (; crossings > 0; --crossings) cross_once(where, 1);
+    for (; crossings < 0; ++crossings) cross_once(where, -1);
+}
+
+void CrossedSides::cross_once(const PointFace& where, int sign) {
+    if (crossed_[at(where.vertex)] != 0) {
+        const auto back = std::find_if(layers_.begin(), layers_.end(), [&](const CrossedLayer& layer) {
+            return layer.vertex == where.vertex && layer.face_body == where.face_body && layer.sign == -sign;
+        });
+        if (back != layers_.end()) {
+            --crossed_[at(where.vertex)];
+            layers_.erase(back);
+            return;
+        }
+    }
+    add({where.vertex, where.vertex_body, where.face_body, where.triangle, sign});
+}
+
+void CrossedSides::settle(const TickStart& start, const std::vector<PointFace>& near) {
+    const Topology& topology = start.topology();
+    const Frame& frame = start.frame();
+    for (const PointFace& one : near) {
+        const auto c = topology.triangles.col(one.triangle);
+        const std::array<Index, 3> number{c[0], c[1], c[2]};
+        const Vector3 v0 = frame.previous.col(one.vertex);
+        const Vector3 v1 = start.position(one.vertex, one.vertex_body);
+        const Corners f0 = corners_from(topology, frame.previous, one.triangle);
+        const Corners f1{start.position(c[0], one.face_body), start.position(c[1], one.face_body),
+                         start.position(c[2], one.face_body)};
+        // Tissue goes first: its vertex before the face that a hand moves.
+        const bool vertex_first = start.is_tissue(one.vertex_body) && !start.is_tissue(one.face_body);
+        cross(one, vertex_first ? crossing(v0, v1, number, f0, f0) + crossing(v1, v1, number, f0, f1)
+                                : crossing(v0, v1, number, f0, f1));
+    }
+}
+
+void CrossedSides::carry_along(const TickStart& start, const std::vector<PointFace>& near) {
+    const Topology& topology = start.topology();
+    const Frame& frame = start.frame();
+    for (const PointFace& one : near) {
+        if (start.is_tissue(one.vertex_body) && start.is_tissue(one.face_body)) continue;
+        const auto c = topology.triangles.col(one.triangle);
+        const std::array<Index, 3> number{c[0], c[1], c[2]};
+        const Corners f1{start.position(c[0], one.face_body), start.position(c[1], one.face_body),
+                         start.position(c[2], one.face_body)};
+        cross(one, crossing(start.position(one.vertex, one.vertex_body), frame.position.col(one.vertex), number, f1,
+                            corners_from(topology, frame.position, one.triangle)));
+    }
+}
+
+void CrossedSides::prepare(const Topology& topology, const FeatureMesh& mesh, const Frame& first) {
+    layers_.clear();
+    layers_.reserve(256);
+    crossed_.assign(at(topology.vertex_count), 0);
+    std::vector<std::optional<SurfaceTree>> surfaces(topology.bodies.size());
+    for (const auto& [a, b] : topology.body_pairs) {
+        for (const auto& [body, face_body] : {std::array{a, b}, std::array{b, a}}) {
+            const BodyRange& faces = topology.bodies[at(face_body)];
+            std::optional<SurfaceTree>& surface = surfaces[at(face_body)];
+            if (!surface) {
+                std::vector<Index> all(at(faces.triangles.count));
+                std::iota(all.begin(), all.end(), faces.triangles.first);
+                surface.emplace(topology.triangles, std::move(all), first.position);
+            }
+            if (faces.closed) {
+                start_closed(topology, first, *surface, body, face_body);
+            } else {
+                start_open(topology, mesh, first, *surface, body, face_body);
+            }
+        }
+    }
+}
+
+void CrossedSides::start_layer(const Frame& first, const SurfaceTree& surface, Index vertex, Index body,
+                               Index face_body, int count) {
+    const Index nearest = surface.nearest(first.position.col(vertex));
+    for (; nearest >= 0 && count > 0; --count) add({vertex, body, face_body, nearest, 1});
+    for (; nearest >= 0 && count < 0; ++count) add({vertex, body, face_body, nearest, -1});
+}
+
+/// What comes out of a closed surface on the way to a place far outside has been inside.
+void CrossedSides::start_closed(const Topology& topology, const Frame& first, const SurfaceTree& surface, Index body,
+                                Index face_body) {
+    // Askew, so that no way runs along the faces of a box.
+    const double size = (surface.box().max - surface.box().min).maxCoeff();
+    const Vector3 outwards = size * Vector3(2.0, 1.237e-3, -2.713e-3);
+    const Range vertices = topology.bodies[at(body)].vertices;
+    for (Index v = vertices.first; v < vertices.end(); ++v) {
+        const Vector3 x = first.position.col(v) + hair;
+        Box box;
+        box.add(x);
+        if (!box.overlaps(surface.box())) continue;
+        const int count = -surface.crossings(x, x + outwards);
+        if (count != 0) start_layer(first, surface, v, body, face_body, count);
+    }
+}
+
+/// Along the edges of the body from vertex to vertex: every edge that passes through the sheet changes the count. What
+/// hangs together is thus known up to one number, which the first edge through the sheet settles: its end on the
+/// declared side has count 0.
+void CrossedSides::start_open(const Topology& topology, const FeatureMesh& mesh, const Frame& first,
+                              const SurfaceTree& surface, Index body, Index face_body) {
+    const auto crossings = [&](Index u, Index v) {
+        return surface.crossings(first.position.col(u) + hair, first.position.col(v) + hair);
+    };
+    const Range vertices = topology.bodies[at(body)].vertices;
+    std::vector<int> count(at(vertices.count), 0);
+    std::vector<std::uint8_t> seen(at(vertices.count), 0);
+    std::vector<Index> connected;
+    const bool belongs_in_front = topology.bodies[at(face_body)].start_side == SheetSide::front;
+    for (Index root = vertices.first; root < vertices.end(); ++root) {
+        if (seen[at(root - vertices.first)] != 0) continue;
+        seen[at(root - vertices.first)] = 1;
+        connected.assign(1, root);
+        bool settled = false;
+        int right = 0;  // count of what is on the declared side
+        for (std::size_t next = 0; next < connected.size(); ++next) {
+            const Index u = connected[next];
+            for (const Index e : mesh.edges_at_vertex(u)) {
+                const Index v = mesh.other_end(e, u);
+                if (seen[at(v - vertices.first)] != 0) continue;
+                seen[at(v - vertices.first)] = 1;
+                const int here = count[at(u - vertices.first)];
+                const int change = crossings(u, v);
+                count[at(v - vertices.first)] = here + change;
+                if (change != 0 && !settled) {
+                    settled = true;
+                    right = (change > 0) == belongs_in_front ? here : here + change;
+                }
+                connected.push_back(v);
+            }
+        }
+        for (const Index v : connected) {
+            const int crossed = count[at(v - vertices.first)] - right;
+            if (crossed != 0) start_layer(first, surface, v, body, face_body, crossed);
+        }
+    }
+}
+
+}  // namespace trocar

@@ -1,0 +1,35 @@
+#include "contact_generation/pair_contacts.hpp"
+
+#include <cmath>
+
+#include "contact_generation/feature_contacts.hpp"
+#include "geometry/triangle_distance.hpp"
+
+namespace trocar {
+void place_at_start(const TickStart& start, Contact& contact) {
+    if (contact.a < 0 || contact.b < 0) return;
+    const Topology& topology = start.topology();
+    const Matrix3X& position = start.frame().position;
+    contact.body_a = topology.body_of_triangle[at(contact.a)];
+    contact.body_b = topology.body_of_triangle[at(contact.b)];
+    if (!contact.normal.allFinite() || !contact.point.allFinite() || !std::isfinite(contact.depth)) return;
+    const Vector3 where = contact.point;
+    const double depth = contact.depth;
+    const auto on = [&](Index triangle, Index entering) {
+        if (entering >= 0) return ContactPoint::at_vertex(entering);
+        const auto corner = topology.triangles.col(triangle);
+        return ContactPoint::in_triangle(
+            topology.triangles, triangle,
+            closest_point_on_triangle({position.col(corner[0]), position.col(corner[1]), position.col(corner[2])},
+                                      where));
+    };
+    contact.on_a = on(contact.a, contact.kind == ContactCase::a_enters_b ? contact.vertex_a : -1);
+    contact.on_b = on(contact.b, contact.kind == ContactCase::b_enters_a ? contact.vertex_b : -1);
+    finish_contact(start, contact);
+    // What the equations of the thesis read stays that of the frame.
+    contact.point = where;
+    contact.depth = depth;
+    contact.gap = -depth - contact.approach;
+}
+
+}  // namespace trocar

@@ -1,0 +1,61 @@
+#include "simulate/query_distance.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace trocar {
+namespace {
+
+double mean_edge(const Topology& topology, const Frame& frame, Range triangles) {
+    double sum = 0.0;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        for (int i = 0; i < 3; ++i) {
+            sum +=
+                (frame.position.col(topology.triangles(i, t)) - frame.position.col(topology.triangles((i + 1) % 3, t)))
+                    .norm();
+        }
+    }
+    return triangles.count > 0 ? sum / (3.0 * triangles.count) : 0.0;
+}
+
+}  // namespace
+
+QueryDistance::QueryDistance(const Scene& scene, double margin) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (std::size_t b = 0; b < scene.topology.bodies.size(); ++b) {
+        const BodyRange& body = scene.topology.bodies[b];
+        const bool driven = b < scene.bodies.size() && scene.bodies[b].motion.has_value();
+        if (body.kind != BodyKind::tissue && !driven) continue;
+        const double edge = mean_edge(scene.topology, scene.first, body.triangles);
+        if (edge > 0.0) smallest = std::min(smallest, edge);
+    }
+    if (!std::isfinite(smallest)) {
+        for (const BodyRange& body : scene.topology.bodies) {
+            const double edge = mean_edge(scene.topology, scene.first, body.triangles);
+            if (edge > 0.0) smallest = std::min(smallest, edge);
+        }
+    }
+    if (!std::isfinite(smallest)) return;
+    edge_ = smallest;
+    margin_ = margin * smallest;
+}
+
+double QueryDistance::of(double driven_move, double tissue_move, double deep) const {
+    const double wanted = margin_ + driven_move + std::min(tissue_move + deep, driven_move + most());
+    double query_distance = margin_;
+    while (query_distance < wanted && std::isfinite(wanted) && query_distance > 0.0) query_distance *= 2.0;
+    return query_distance;
+}
+
+double furthest_move(const Frame& frame, std::span<const Range> ranges) {
+    double square = 0.0;
+    for (const Range& range : ranges) {
+        for (Index v = range.first; v < range.end(); ++v) {
+            square = std::max(square, (frame.position.col(v) - frame.previous.col(v)).squaredNorm());
+        }
+    }
+    return std::sqrt(square);
+}
+
+}  // namespace trocar

@@ -1,0 +1,81 @@
+#include "contract/response_methods.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "contract/contract_support.hpp"
+#include "contract/shipped_folder.hpp"
+#include "method/outside.hpp"
+#include "support/program.hpp"
+#include "support/test_name.hpp"
+
+namespace trocar::test {
+
+std::string ResponseMethod::name() const { return test_name(method + "_" + source); }
+
+std::string detector_for(const ContactGeneratorEntry& source) {
+    std::string found;  // of ours the last, which is the fastest
+    for (const DetectorEntry& entry : registry().detectors()) {
+        if (source.wants_native ? entry.native_contacts : entry.own && entry.claims_exact && !entry.control) {
+            // Methods from outside are tested, they test nobody.
+            const auto& outside = outside_methods();
+            if (std::find(outside.begin(), outside.end(), entry.name) != outside.end()) continue;
+            if (why_unreported(entry, source).empty()) found = entry.name;
+        }
+    }
+    return found;
+}
+
+std::vector<ResponseMethod> response_methods() {
+    std::vector<ResponseMethod> list;
+    for (const ResponseEntry& entry : registry().responses()) {
+        if (entry.control) continue;
+        std::vector<std::string> methods{entry.name};
+        for (const Parameter& parameter : entry.parameters) {
+            if (parameter.name != "profile" && parameter.name != "setting") continue;
+            for (const std::string& choice : parameter.choices) {
+                if (choice != parameter.default_value)
+                    methods.push_back(entry.name + ":" + parameter.name + "=" + choice);
+            }
+        }
+        for (const std::string& method : methods) {
+            for (const std::string& source : entry.contact_generators) {
+                const ContactGeneratorEntry& from = registry().contact_generator(source);
+                if (!why_unreadable(from, parse_method(method)).empty() || detector_for(from).empty()) continue;
+                list.push_back({method, source});
+            }
+        }
+    }
+    return list;
+}
+
+Scene quick_scene(const std::string& name, double faster) {
+    Scene scene = read_scene(shipped_folder() / "scenes" / (name + ".json"), std::nullopt);
+    for (SceneBody& body : scene.bodies) {
+        if (!body.motion) continue;
+        for (MotionKey& key : body.motion->keys) key.time /= faster;
+    }
+    return scene;
+}
+
+std::map<std::pair<std::string, std::string>, std::string> known_response_gaps() {
+    return known_gaps("response_contract");
+}
+
+void expect_kept(const std::string& method, const std::string& check, const std::string& failures) {
+    static const auto gaps = known_response_gaps();
+    auto gap = gaps.find({method, check});
+    // What every response on a source is known to fail is the source's.
+    if (gap == gaps.end()) gap = gaps.find({"*" + method.substr(method.rfind('_')), check});
+    if (gap == gaps.end()) {
+        EXPECT_TRUE(failures.empty()) << failures;
+    } else {
+        EXPECT_FALSE(failures.empty()) << "the known gap is closed, remove it: " << gap->second;
+        std::cout << "known gap: " << gap->second << "\n" << failures;
+    }
+}
+
+}  // namespace trocar::test
