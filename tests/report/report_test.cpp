@@ -524,8 +524,8 @@ TEST(Regression, MissingExtraAndStaleRunsFail) {
     std::vector<Record> after{synthetic({.scene = "b"}), synthetic({.scene = "c"})};
     after[0].spec.scene_hash = "another";
     const StudyComparison found = compare_studies(before, after, 1.0);
-    EXPECT_EQ(found.false_negatives, std::vector<std::string>{"closed_loop a: mine + push (canonical)"});
-    EXPECT_EQ(found.false_positives, std::vector<std::string>{"closed_loop c: mine + push (canonical)"});
+    EXPECT_EQ(found.missing, std::vector<std::string>{"closed_loop a: mine + push (canonical)"});
+    EXPECT_EQ(found.extra, std::vector<std::string>{"closed_loop c: mine + push (canonical)"});
     EXPECT_EQ(found.stale, std::vector<std::string>{"closed_loop b: mine + push (canonical)"});
     EXPECT_FALSE(found.same());
     EXPECT_FALSE(compare_studies({}, {}, 1.0).same()) << "nothing compared is no success";
