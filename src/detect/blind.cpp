@@ -1,6 +1,6 @@
-// A control, not a method: a detector that answers nothing. A response that moves anything with it does not work
-// from its contacts. Asked to hide a part of the instruments' triangles it answers exactly but for these, so that one
-// sees what a miss costs a response; single pairs would cost nothing, since several of them report the same vertex and
+// A control, not a method: a detector that reports nothing. A response that moves anything with it does not act on its
+// contacts. With a hidden part of the instruments' triangles it reports all other pairs exactly, which shows the output
+// of false negatives on a response. Hiding single pairs would have no effect, since several pairs share a vertex and
 // face.
 #include <cmath>
 #include <cstdint>

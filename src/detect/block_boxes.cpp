@@ -9,10 +9,10 @@
 namespace trocar {
 namespace {
 
-/// Bit for bit, so that a NaN equals itself and nothing is missed.
+/// Bit for bit, so that a NaN equals itself and every change counts.
 bool same(const void* a, const void* b, std::size_t bytes) { return std::memcmp(a, b, bytes) == 0; }
 
-/// First vertex of a block that was not read yet: no vertex of a frame that can be read is like that.
+/// Mark of a block that was not read yet: no readable frame has such a vertex.
 constexpr std::array<double, 3> unread{std::numeric_limits<double>::quiet_NaN(), 0.0, 0.0};
 
 }  // namespace
@@ -25,7 +25,7 @@ BlockBoxes::BlockBoxes(const ClusteredBody& clusters, const VertexKernels& kerne
     block_moved_at_.assign(blocks, 0);
     copied_.assign(blocks, 0);
     first_.assign(blocks, unread);
-    // Not touched before it is needed: the pages of blocks that always move are never there.
+    // Not initialised, so that blocks that always move never take memory pages.
     copy_ = std::make_unique_for_overwrite<double[]>(3 * static_cast<std::size_t>(clusters.vertices.count));
     region_.resize(regions);
     region_moved_at_.assign(regions, 0);
@@ -39,7 +39,7 @@ bool BlockBoxes::read_all(const Frame& frame, std::int64_t now) {
     bool finite = true;
     Index block = 0;
     if (clusters_.vertex_order.empty()) {
-        // A body that deforms moves in all its blocks: then no book of single blocks is kept.
+        // A deforming body moves in all its blocks; single blocks are then not recorded.
         block = kernels_.boxes_of_moved_runs(
             frame.position.data() + 3 * static_cast<std::size_t>(clusters_.vertices.first),
             clusters_.block_begin.data(), clusters_.block_count, first_.data(), block_.data(), finite);
@@ -107,8 +107,8 @@ bool BlockBoxes::read_asked(const Frame& frame, std::int64_t now) {
     return finish(finite, moved_blocks_.size() == block_.size(), now);
 }
 
-/// A block whose first vertex moved has moved, which is all that a deforming body pays for this. Otherwise it is held
-/// against a copy of what was read last.
+/// A block whose first vertex moved has moved, so a deforming body pays only for that test. Otherwise the block is
+/// compared with a copy of the last read.
 bool BlockBoxes::read_block(const Frame& frame, Index block, std::int64_t now) {
     const auto b = static_cast<std::size_t>(block);
     const Index begin = clusters_.block_begin[static_cast<std::size_t>(block)];
@@ -153,7 +153,7 @@ void BlockBoxes::note_moved(Index block, std::int64_t now) {
     moved_blocks_.push_back(block);
 }
 
-/// Regions follow their blocks, of which all or those in moved_blocks_ moved.
+/// Updates the regions of the moved blocks: of all, or of moved_blocks_.
 bool BlockBoxes::finish(bool finite, bool all, std::int64_t now) {
     moved_regions_.clear();
     last_read_ = now;

@@ -1,5 +1,5 @@
-// What moved, and where it is now: the first half of ohc_clustered. Boxes of a body's vertex blocks and regions follow
-// the frame; blocks that did not move since they were last read cost a look and no more.
+// First half of ohc_clustered: updates the boxes of a body's vertex blocks and regions for each frame, and records what
+// moved. A block that did not move is only compared with its last read.
 #pragma once
 
 #include <array>
@@ -13,30 +13,31 @@
 
 namespace trocar {
 
-/// Boxes of one body. Times are counted in reads, as the caller numbers them.
+/// Boxes of one body. Time is the number of the read, as the caller counts it.
 class BlockBoxes {
 public:
     BlockBoxes(const ClusteredBody& clusters, const VertexKernels& kernels);
 
-    /// Examines all vertices. Returns false when a number is not finite; then nothing counts as read.
+    /// Reads all vertices. Returns false when a number is not finite; then nothing counts as read.
     bool read_all(const Frame& frame, std::int64_t now);
-    /// Examines all vertices and counts all as moved. `path`: boxes hold them at the frame before too, which is finite.
+    /// Reads all vertices and counts all as moved. `path`: boxes also hold the frame before, which must be finite.
     bool read_swept(const Frame& frame, bool path, std::int64_t now);
-    /// Which blocks hold vertices of `ranges` (of the frame): how many vertices read_asked will examine.
+    /// Selects the blocks that hold vertices of `ranges` (frame numbers) and returns how many vertices read_asked
+    /// reads.
     std::int64_t ask(std::span<const Range> ranges, std::int64_t now);
-    /// Examines those blocks, all others are as they were.
+    /// Reads the selected blocks; all others count as unchanged.
     bool read_asked(const Frame& frame, std::int64_t now);
 
     /// Box around the blocks of a group.
     [[nodiscard]] Extent group(Index group) const { return around(clusters_.blocks_of_group, group); }
     /// Box around the blocks of a region.
     [[nodiscard]] const Extent& region(Index region) const { return region_[static_cast<std::size_t>(region)]; }
-    /// When a vertex of the region last moved, counting one of its blocks as a whole.
+    /// Last read in which the region moved; it moves when any of its blocks does.
     [[nodiscard]] std::int64_t region_moved_at(Index region) const {
         return region_moved_at_[static_cast<std::size_t>(region)];
     }
     [[nodiscard]] std::int64_t group_moved_at(Index group) const;
-    /// When all blocks last moved in one read.
+    /// Last read in which all blocks moved.
     [[nodiscard]] std::int64_t all_moved_at() const { return all_moved_at_; }
     /// Regions whose boxes the last read changed.
     [[nodiscard]] std::span<const Index> moved_regions() const { return moved_regions_; }
@@ -56,8 +57,8 @@ private:
     const VertexKernels& kernels_;
     std::vector<Extent> block_;
     std::vector<std::int64_t> block_moved_at_;
-    std::vector<std::array<double, 3>> first_;  ///< each block's first vertex as last read, a NaN before
-    std::unique_ptr<double[]> copy_;            ///< its vertices as last read, where copied_ says so
+    std::vector<std::array<double, 3>> first_;  ///< each block's first vertex as last read; NaN before the first read
+    std::unique_ptr<double[]> copy_;            ///< each block's vertices as last read, valid where copied_ is set
     std::vector<std::uint8_t> copied_;
     std::vector<Extent> region_;
     std::vector<std::int64_t> region_moved_at_;
@@ -65,7 +66,7 @@ private:
     std::vector<Index> moved_blocks_;
     std::int64_t last_read_ = -1;
     std::int64_t all_moved_at_ = 0;
-    std::vector<Index> asked_;  ///< blocks of moved ranges
+    std::vector<Index> asked_;  ///< blocks selected by `ask`
     std::vector<std::int64_t> asked_at_;
 };
 

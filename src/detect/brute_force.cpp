@@ -1,6 +1,6 @@
-// The slow, obvious detector: every triangle against every triangle of every listed body pair, a box test first, then
-// the exact triangle test and, within a query distance, the distance. Every clever detector is held against it as a
-// set, so it stays free of cleverness.
+// Reference detector: every triangle against every triangle of every listed body pair. Box test first, then the exact
+// triangle test and, within a query distance, the distance. All other detectors are compared with its set of pairs, so
+// it stays simple.
 #include "geometry/box_pairs.hpp"
 #include "geometry/exact.hpp"
 #include "geometry/triangle_distance.hpp"

@@ -1,5 +1,5 @@
-// Four points in vectors become numbers by axis: the one transposition that the kernels share. Included once per
-// instruction set, as Highway's own headers are.
+// Transposition of four points to structure-of-arrays form, shared by the kernels. Included once per instruction set,
+// as Highway's own headers are.
 #if defined(TROCAR_DETECT_BY_AXIS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef TROCAR_DETECT_BY_AXIS_INL
 #undef TROCAR_DETECT_BY_AXIS_INL
@@ -16,8 +16,7 @@ namespace trocar::HWY_NAMESPACE {
 
 #if HWY_TARGET != HWY_SCALAR
 
-/// Four points (x, y, z, anything) go to result[axis][first] and the three numbers behind it, which must be aligned to
-/// 16 bytes.
+/// Writes four points (x, y, z, ignored) to result[axis][first … first+3], which must be aligned to 16 bytes.
 template <typename Vector, typename Axes>
 HWY_INLINE void store_by_axis(const Vector& a, const Vector& b, const Vector& c, const Vector& e, Axes& result,
                               std::size_t first) {

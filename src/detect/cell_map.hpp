@@ -1,6 +1,6 @@
-// Levels H and C of the cascade: the thesis' three maps (§4.2). Cell map: which cells hold at least two bodies that may
-// hit each other. Object map: which bodies those are. Primitive map: which of their triangles. Only triangles that the
-// occupancy bits could not rule out get this far.
+// Levels H and C of the cascade: the thesis' three maps (§4.2). Cell map: cells with at least two bodies that may
+// collide. Object map: these bodies. Primitive map: their triangles. Only triangles that the occupancy bits did not
+// rule out are entered.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,7 @@ inline std::uint32_t cell_hash(const std::array<std::int32_t, 3>& cell, CellHash
 
 class CellMap {
 public:
-    /// collide: for each body one bit per other body that it may hit, `words` 64-bit words per body.
+    /// `collide`: one bit per pair of bodies that may collide, `words` 64-bit words per body.
     void prepare(std::vector<std::uint64_t> collide, std::size_t words, CellHash hash, int first_bits) {
         collide_ = std::move(collide);
         words_ = words;
@@ -42,8 +42,8 @@ public:
         grow(first_bits);
     }
 
-    /// Room for this many entries, so that a crowded tick asks for no memory. The table of cells stays as small as the
-    /// ticks so far need it, since a large one misses the cache.
+    /// Reserves room for this many entries, so that a crowded tick allocates nothing. The table of cells grows only on
+    /// demand, since a large one misses the cache.
     void reserve(std::size_t entries) {
         entries_.reserve(entries);
         used_.reserve(entries);
@@ -51,8 +51,8 @@ public:
         primitives_.reserve(entries);
     }
 
-    /// Empties the maps for a tick in which at most `entries` entries will come. A stamp per slot makes clearing
-    /// unnecessary; the table grows here, outside the loops, to a load of at most one half.
+    /// Empties the maps for a tick with at most `entries` entries. A stamp per slot replaces clearing. The table grows
+    /// here, outside the loops, to a load of at most one half.
     void start(std::size_t entries) {
         int bits = bits_;
         while ((std::size_t{1} << bits) < 2 * entries) ++bits;
@@ -66,14 +66,14 @@ public:
         objects_.clear();
     }
 
-    /// Cell and object maps: primitive `primitive` of `body` lies in `cell`.
+    /// Fills cell and object maps: primitive `primitive` of `body` lies in `cell`.
     void add(Cell cell, Index body, Index primitive) {
         const std::size_t number = object(find_or_insert(cell), body);
         ++objects_[number].count;
         entries_.push_back({static_cast<std::int32_t>(number), primitive});
     }
 
-    /// Primitive map: each (cell, body) owns one run of primitive numbers.
+    /// Fills the primitive map: each (cell, body) owns one run of primitive numbers.
     void cascade() {
         Index total = 0;
         for (Object& object : objects_) {
@@ -89,8 +89,8 @@ public:
         }
     }
 
-    /// Calls use(cell, primitives of one body, primitives of another, lower body first) for every two bodies that share
-    /// a live cell and may hit each other; cells in order of first insertion. Ends when `use` returns false.
+    /// Calls use(cell, primitives of the lower body, primitives of the other) for every two bodies that share a live
+    /// cell and may collide. Cells come in order of first insertion. Ends when `use` returns false.
     template <typename Use>
     void for_each_meeting(const Use& use) const {
         for (const std::uint32_t number : used_) {
@@ -117,10 +117,10 @@ public:
 
 private:
     struct Slot {
-        std::array<std::int32_t, 3> cell{};  ///< the full key: equal hashes cost time, never a false pair
+        std::array<std::int32_t, 3> cell{};  ///< the full key: equal hashes cost time and give no false pair
         std::uint32_t stamp = 0;             ///< the tick in which the slot was last used
         std::int32_t first_object = -1;
-        bool live = false;  ///< two bodies that may hit each other are here
+        bool live = false;  ///< two bodies that may collide are here
     };
     struct Object {
         Index body = -1;
@@ -143,7 +143,7 @@ private:
         return cell_hash(cell, hash_, bits_);
     }
 
-    /// Written out: comparing the arrays is a call of memcmp.
+    /// Explicit, since comparing the arrays compiles to a call of memcmp.
     static bool same(const std::array<std::int32_t, 3>& a, const std::array<std::int32_t, 3>& b) {
         return ((a[0] ^ b[0]) | (a[1] ^ b[1]) | (a[2] ^ b[2])) == 0;
     }
@@ -161,7 +161,7 @@ private:
         return number;
     }
 
-    /// Object map entry of this body in this cell, made at the first call; the cell is live as soon as two may hit.
+    /// Object map entry of this body in this cell, inserted on first use. Sets `live` once two bodies may collide.
     std::size_t object(std::uint32_t slot, Index body) {
         Slot& cell = slots_[slot];
         bool meets = false;

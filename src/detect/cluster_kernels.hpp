@@ -1,5 +1,5 @@
-// The inner loops of ohc_clustered in the widest vectors the CPU has: boxes of clusters and of triangles in float, and
-// sixteen boxes against one.
+// SIMD kernels of ohc_clustered for the CPU's widest vectors: float boxes of clusters and of triangles, and overlap of
+// sixteen boxes with one.
 #pragma once
 
 #include <array>
@@ -17,15 +17,15 @@ struct alignas(64) SixteenBoxes {
     std::array<std::array<float, fan>, 3> low;
     std::array<std::array<float, fan>, 3> high;
 };
-/// One of them.
+/// Box i.
 [[nodiscard]] inline FloatBox box_of(const SixteenBoxes& boxes, std::size_t i) {
     return {{boxes.low[0][i], boxes.low[1][i], boxes.low[2][i]},
             {boxes.high[0][i], boxes.high[1][i], boxes.high[2][i]}};
 }
 
-/// The low of a box with `query_distance` around it, in a FloatFrame: not above the low of any box that, before
-/// rounding, comes within the query distance. Both numbers are within 2^-24 of what they stand for, and three
-/// operations round here; what is infinite could be anywhere beyond.
+/// Low of a box grown by `query_distance`, in a FloatFrame. Conservative: not above the low of any box that, before
+/// rounding, is within `query_distance`. Both arguments have a relative error of 2^-24, and three operations round
+/// here. An infinite low gives -infinity.
 [[nodiscard]] inline float grown_down(float low, float query_distance) {
     constexpr float infinity = std::numeric_limits<float>::infinity();
     const float size = low < 0.0F ? -low : low;
@@ -37,22 +37,21 @@ struct alignas(64) SixteenBoxes {
 using SixteenRows = std::array<std::uint16_t, fan>;
 
 struct ClusterKernels {
-    /// Box of the points at these places, which becomes box i of `result`.
+    /// Writes the box of the points at these places to box i of `result`.
     void (*box_of_places)(const FloatPoint* points, const std::uint16_t* place, Index count, std::size_t i,
                           SixteenBoxes& result);
     void (*boxes_of_triangles)(const FloatPoint* points, const ClusterCorners& corners, SixteenBoxes& result);
     /// Bit j is set when box j of `boxes` overlaps or touches `box`; a box of NaN overlaps nothing.
     std::uint32_t (*overlaps)(const SixteenBoxes& boxes, const FloatBox& box);
-    /// As `overlaps` for each box i of `first` in `first_mask`: bit j of result[i] reports box j of `second`. The
-    /// other results are not set.
+    /// `overlaps` for each box i of `first` in `first_mask`: bit j of result[i] belongs to box j of `second`. Other
+    /// results are not set.
     void (*rows)(const SixteenBoxes& first, std::uint32_t first_mask, const SixteenBoxes& second, SixteenRows& result);
-    /// Each box with `query_distance` on all sides and a little more, as grown_down and grown_up have it; NaN stays
-    /// NaN.
+    /// Grows each box by `query_distance` as grown_down and grown_up do; NaN stays NaN.
     void (*grow)(const SixteenBoxes& boxes, float query_distance, SixteenBoxes& result);
     const char* target;  ///< instruction set, as Highway names it
 };
 
-/// One for each instruction set that was built and that this CPU has, the best first, the plainest last.
+/// One per instruction set that was built and that this CPU has, best first, scalar last.
 const std::vector<ClusterKernels>& cluster_kernels();
 
 }  // namespace trocar

@@ -39,7 +39,7 @@ void ClusteredAnswer::test_candidates(const Frame& frame, const std::vector<Tria
     }
 }
 
-/// As one of the pairs of the tick before.
+/// True for pairs of the last tick, which test_last_pairs tested.
 bool ClusteredAnswer::was_tested(const TrianglePair& pair) const {
     return std::binary_search(last_pairs_.begin(), last_pairs_.end(), pair) ||
            std::binary_search(last_near_.begin(), last_near_.end(), pair);
@@ -59,7 +59,7 @@ bool ClusteredAnswer::test_one(const Frame& frame, const TrianglePair& pair, Con
     return true;
 }
 
-/// One more would be more than max_pairs: the tick ends.
+/// True, with truncated set, when one more pair would exceed max_pairs.
 bool ClusteredAnswer::full(std::size_t count) {
     if (static_cast<std::int64_t>(count) < settings_.max_pairs) return false;
     work_.truncated = true;

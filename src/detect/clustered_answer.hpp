@@ -1,6 +1,6 @@
-// Last stage of ohc_clustered's cascade: candidates become the tick's pairs. Here are the exact test, the order of
-// testing under limits (`max_pairs`, `work_budget`), and the pairs that are taken over from the tick before because
-// nothing near them moved. Which candidates there are is the descent's business.
+// Last stage of ohc_clustered's cascade: candidates become the tick's pairs. It contains the exact test, the test order
+// under limits (`max_pairs`, `work_budget`), and the reuse of the last tick's pairs where nothing moved. The descent
+// finds the candidates.
 #pragma once
 
 #include <vector>
@@ -19,20 +19,19 @@ public:
                     const ClusteredClock& clock, OhcWork& work)
         : settings_(settings), filter_(filter), bodies_(bodies), clock_(clock), work_(work) {}
 
-    /// Forgets the last answer.
     void prepare() {
         last_pairs_.clear();
         last_near_.clear();
     }
-    /// Room for an ordinary contact.
+    /// Reserves room for an ordinary contact.
     void build();
 
-    /// Under limits the pairs of the tick before come first.
+    /// Tests the last tick's pairs; under limits they come first.
     void test_last_pairs(const Frame& frame, ContactSet& contacts);
     void test_candidates(const Frame& frame, const std::vector<TrianglePair>& candidates, ContactSet& contacts);
-    /// Adds the pairs of the last answer whose groups both stayed where they were.
+    /// Adds the pairs of the last answer whose two groups did not move.
     void keep_unmoved_pairs(ContactSet& contacts) const;
-    /// Sorts the answer and remembers it.
+    /// Sorts the answer and stores it for the next tick.
     void close(ContactSet& contacts);
 
 private:
@@ -46,7 +45,7 @@ private:
     const ClusteredClock& clock_;
     OhcWork& work_;
     std::vector<TrianglePair> sorting_;     ///< scratch
-    std::vector<TrianglePair> last_pairs_;  ///< sorted: what the tick before reported
+    std::vector<TrianglePair> last_pairs_;  ///< sorted pairs of the last tick
     std::vector<TrianglePair> last_near_;   ///< sorted
 };
 

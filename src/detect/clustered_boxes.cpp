@@ -8,7 +8,7 @@
 namespace trocar {
 namespace {
 
-/// Boxes that overlap nothing, not even what reaches from one infinity to the other.
+/// Boxes that overlap nothing, not even a box from one infinity to the other.
 void empty(SixteenBoxes& boxes) {
     for (std::size_t k = 0; k < 3; ++k) {
         boxes.low[k].fill(std::numeric_limits<float>::quiet_NaN());
@@ -16,7 +16,7 @@ void empty(SixteenBoxes& boxes) {
     }
 }
 
-/// Adds other boxes, each to that of the same number.
+/// Adds each box of `other` to the one of the same number.
 void unite(const SixteenBoxes& other, SixteenBoxes& boxes) {
     for (std::size_t k = 0; k < 3; ++k) {
         for (std::size_t i = 0; i < boxes.low[k].size(); ++i) {
@@ -26,7 +26,7 @@ void unite(const SixteenBoxes& other, SixteenBoxes& boxes) {
     }
 }
 
-/// Floats are within 2^-24 of what they stand for, or lost below the smallest of them.
+/// Floats have a relative error of 2^-24, or of one smallest float.
 TickPart part_of_meeting_in_float(const BoxOnPath<FloatBox>& p, const BoxOnPath<FloatBox>& q) {
     return part_of_meeting(p, q, 0x1p-23, 0x1p-148);
 }
@@ -53,16 +53,15 @@ void ClusteredBoxes::build() {
 void ClusteredBoxes::start() {
     choose_floats();
     query_distance_ = static_cast<float>(clock_.query_distance * floats_.scale);
-    // A query distance that is lost in float is still one.
+    // A query distance that underflows in float must stay positive.
     if (clock_.query_distance > 0.0) query_distance_ = std::max(query_distance_, std::numeric_limits<float>::min());
-    // Contact wanders; what it left behind must not pile up.
+    // Bounds the memory: contact moves, and boxes that are no longer used must not accumulate.
     constexpr std::size_t some = 16;
     if (groups_opened_.size() > 2 * std::exchange(groups_asked_, 0) + some) forget();
 }
 
-/// Floats report most apart near their origin, which therefore lies in the median of the regions that meet, of each two
-/// the smaller one: what a vertex far away makes large does not matter. What is opened stays valid as long as the old
-/// choice will do.
+/// The origin is in the median region (of the smaller ones of all meetings), since floats are most precise there. A
+/// distant vertex that enlarges a region has no effect. Opened boxes stay valid while the old choice is good enough.
 void ClusteredBoxes::choose_floats() {
     const ClusteredRegions::Sized median = regions_.median_meeting();
     const Extent& box = regions_.extent_of(regions_.region(median.region));
@@ -75,7 +74,7 @@ void ClusteredBoxes::choose_floats() {
     const double length = median.size * floats_.scale;
     constexpr double near = 64.0;
     if (away * floats_.scale <= near && length <= near && length >= 1.0 / near) return;
-    // Powers of two that exist.
+    // Clamped to representable powers of two.
     const double scale = median.size > 0.0 ? std::ldexp(1.0, std::clamp(-std::ilogb(median.size), -1020, 1020)) : 1.0;
     if (floats_.origin == centre && floats_.scale == scale) return;
     floats_ = {centre, scale};

@@ -1,7 +1,6 @@
-// The float boxes that ohc_clustered's descent asks for (clustered_descent.hpp): of a region's groups, a group's
-// clusters, a cluster's triangles. A box is made when it is first asked for, "opened", and kept from tick to tick as
-// long as it stays where it was. What is held against what is not decided here. Boxes know of no query distance, so
-// that they outlast a change of it: it is added to the one of two boxes that asks.
+// Float boxes for ohc_clustered's descent (clustered_descent.hpp): of a region's groups, a group's clusters, a
+// cluster's triangles. A box is computed on first use ("opened") and kept until it moves. Stored boxes do not include
+// the query distance, so they outlast a change of it; the descent adds it to one box of each pair.
 #pragma once
 
 #include <array>
@@ -22,10 +21,10 @@ public:
     /// A group whose clusters are examined.
     struct Group {
         SixteenBoxes clusters;
-        std::array<std::int32_t, fan> triangles{};  ///< places of its clusters' triangle boxes, -1 if none
+        std::array<std::int32_t, fan> triangles{};  ///< places of its clusters in triangle_boxes_, -1 if none
         FloatBox box;
         BoxOnPath<FloatBox> path;  ///< swept: the box at both ends of the tick
-        std::size_t points = 0;    ///< where its vertices start in points_; swept: after them those of the frame before
+        std::size_t points = 0;    ///< first vertex in points_; swept: followed by those of the frame before
         std::int64_t opened_at = -1;
         std::int64_t asked_at = -1;
         bool with_clusters = false;        ///< `clusters` is up to date
@@ -42,11 +41,11 @@ public:
           clock_(clock),
           work_(work) {}
 
-    /// Forgets everything. Room for everything in small scenes and for an ordinary contact in large ones, so that ticks
-    /// need not ask for memory.
+    /// Forgets everything. Reserves room for all boxes of small scenes and for an ordinary contact in large ones, so
+    /// that ticks need not allocate.
     void build();
-    /// Before the meetings of a tick, of which there must be some: chooses the floats and forgets what contact left
-    /// behind.
+    /// Starts the descent of a tick: chooses the FloatFrame, and forgets all boxes when most were not used in the last
+    /// tick. Precondition: meetings exist.
     void start();
 
     [[nodiscard]] FloatBox to_float(const Extent& box) const {
@@ -58,7 +57,7 @@ public:
         return result;
     }
 
-    /// A box that asks for all that come within the query distance of the tick.
+    /// The box grown by the tick's query distance.
     [[nodiscard]] FloatBox within_query_distance(const FloatBox& box) const {
         if (query_distance_ == 0.0F) return box;
         FloatBox result{};
@@ -68,16 +67,16 @@ public:
         }
         return result;
     }
-    /// Sixteen of them, in `room` where there is a query distance.
+    /// Sixteen boxes grown by the tick's query distance, stored in `room` unless it is 0.
     [[nodiscard]] const SixteenBoxes& within_query_distance(const SixteenBoxes& boxes, SixteenBoxes& room) const {
         if (query_distance_ == 0.0F) return boxes;
         kernels_.grow(boxes, query_distance_, room);
         return room;
     }
 
-    /// Brings the boxes of a region's groups, as unions of blocks, up to date; false when the work would be too much.
+    /// Updates the boxes of a region's groups, as unions of blocks; false when the budget does not allow it.
     bool open_region(Index number);
-    /// They stay where they are while groups are opened. Precondition: open_region said true.
+    /// Stays valid while groups are opened. Precondition: open_region returned true.
     [[nodiscard]] const SixteenBoxes& groups_of(Index region) const {
         return regions_opened_[static_cast<std::size_t>(place_of_region_[static_cast<std::size_t>(region)])].groups;
     }
@@ -87,15 +86,15 @@ public:
         return place >= 0 &&
                groups_opened_[static_cast<std::size_t>(place)].opened_at >= moving.boxes->group_moved_at(group);
     }
-    /// Place of the group, with its vertices in float and their box up to date; -1 when the work would be too much.
+    /// Place of the group, with its float vertices and their box up to date; -1 when the budget does not allow it.
     std::int32_t open_group(const Frame& frame, const MovingBody& moving, Index group);
-    /// False when two open groups, or their clusters i and j, never come within the query distance at the same time.
-    /// Precondition: swept, and for clusters that clusters_of was asked for both.
+    /// False when two open groups, or their clusters i and j, are never within the query distance at the same time.
+    /// Precondition: swept; for clusters, clusters_of was called for both.
     [[nodiscard]] bool may_meet_on_path(std::int32_t first, std::int32_t second) const;
     [[nodiscard]] bool may_meet_on_path(std::int32_t first, std::size_t i, std::int32_t second, std::size_t j) const;
     /// Valid until the next open_group.
     [[nodiscard]] Group& group(std::int32_t place) { return groups_opened_[static_cast<std::size_t>(place)]; }
-    /// Boxes of the clusters of an open group.
+    /// Cluster boxes of an open group.
     const SixteenBoxes& clusters_of(const ClusteredBody& clusters, Index group, std::int32_t place) {
         if (!groups_opened_[at(place)].with_clusters) box_clusters(clusters, group, place);
         return groups_opened_[at(place)].clusters;
@@ -110,7 +109,6 @@ public:
     [[nodiscard]] const SixteenBoxes& triangles(std::size_t place) const { return triangle_boxes_[place]; }
 
 private:
-    /// Boxes of a region's groups.
     struct Region {
         std::int64_t opened_at = -1;
         SixteenBoxes groups;
@@ -133,13 +131,14 @@ private:
     const ClusteredClock& clock_;
     OhcWork& work_;
     FloatFrame floats_;
-    float query_distance_ = 0.0F;                ///< of the tick, in floats_
+    float query_distance_ = 0.0F;                ///< query distance of the tick, in the unit of floats_
     std::vector<std::int32_t> place_of_region_;  ///< in regions_opened_, -1 if none
-    std::vector<std::int32_t> place_of_group_;   ///< in groups_opened_, as MovingBody::first_group reports; -1 if none
+    std::vector<std::int32_t> place_of_group_;  ///< in groups_opened_, indexed from MovingBody::first_group; -1 if none
     std::vector<Region> regions_opened_;
     std::vector<Group> groups_opened_;
-    std::vector<BoxOnPath<SixteenBoxes>> cluster_paths_;  ///< swept: of each of those, its clusters at both ends
-    std::size_t groups_asked_ = 0;                        ///< of them, since the last tick began
+    std::vector<BoxOnPath<SixteenBoxes>> cluster_paths_;  ///< swept: per opened group, its clusters at both ends of the
+                                                          ///< tick
+    std::size_t groups_asked_ = 0;                        ///< groups used since the last tick began
     std::vector<FloatPoint> points_;
     std::vector<SixteenBoxes> triangle_boxes_;
 };

@@ -10,7 +10,7 @@
 namespace trocar {
 namespace {
 
-/// Of sixteen bits; std::popcount is a call where the instruction is not sure to exist.
+/// For sixteen bits; std::popcount is a call where the instruction is not guaranteed.
 constexpr std::int64_t bits_set(std::uint32_t bits) {
     bits -= (bits >> 1U) & 0x5555U;
     bits = (bits & 0x3333U) + ((bits >> 2U) & 0x3333U);
@@ -26,8 +26,8 @@ void ClusteredDescent::pair_regions(const Frame& frame, const ClusteredRegions::
     if (clock_.path) drop_apart(frame, known);
 }
 
-/// Takes back the candidates from number `known` on that are never in the same place (within the query distance) at the
-/// same time, or all of them when the work would be too much.
+/// Removes the candidates from number `known` on that are never within the query distance at the same time. Removes all
+/// of them when the budget does not allow the test.
 void ClusteredDescent::drop_apart(const Frame& frame, std::size_t known) {
     const auto fresh = candidates_.begin() + static_cast<std::ptrdiff_t>(known);
     const bool spent = !spend_box_tests(candidates_.end() - fresh);
@@ -71,8 +71,8 @@ void ClusteredDescent::descend(const Frame& frame, const ClusteredRegions::Pair&
     }
 }
 
-/// Opens the smaller one first, if neither is open: most others need not be opened to see that they are clear of its
-/// clusters. False when the work would be too much.
+/// Opens the smaller group first, if neither is open: most others are already clear of its clusters. False when the
+/// budget does not allow it.
 bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const GroupRef& q) {
     const bool p_first =
         boxes_.is_open(p.moving, p.number) || (!boxes_.is_open(q.moving, q.number) && p.box.size() <= q.box.size());
@@ -88,7 +88,7 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
     if (clear_of(second.box)) return true;
     const std::int32_t other_place = boxes_.open_group(frame, second.moving, second.number);
     if (other_place < 0) return false;
-    // Its vertices make a tighter box than its blocks.
+    // The box of its vertices is tighter than that of its blocks.
     if (!spend_box_tests(fan)) return false;
     if (clear_of(boxes_.group(other_place).box)) return true;
     if (clock_.path) {
@@ -124,8 +124,8 @@ bool ClusteredDescent::pair_groups(const Frame& frame, const GroupRef& p, const 
     return true;
 }
 
-/// Candidates of two clusters whose boxes overlap; the first belongs to the body with the lower number. False when the
-/// work would be too much.
+/// Adds candidates of two clusters whose boxes overlap; the first belongs to the lower body. False when the budget does
+/// not allow it.
 bool ClusteredDescent::pair_clusters(const ClusterRef& p, const ClusterRef& q) {
     const std::size_t first_place = boxes_.open_cluster(p.clusters, p.group, p.opened, p.number);
     const std::size_t second_place = boxes_.open_cluster(q.clusters, q.group, q.opened, q.number);

@@ -1,6 +1,6 @@
-// Third stage of ohc_clustered's cascade: from two regions that meet down to the triangles whose boxes overlap. It is
-// always the same step, a box against sixteen at a time (cluster_kernels.hpp); the boxes themselves are made and kept
-// in clustered_boxes.hpp, and no triangle is tested here.
+// Third stage of ohc_clustered's cascade: descends from two regions that meet to the triangles whose boxes overlap.
+// Every level tests a box against sixteen at a time (cluster_kernels.hpp). clustered_boxes.hpp computes and keeps the
+// boxes. No triangle is tested here.
 #pragma once
 
 #include <vector>
@@ -25,24 +25,23 @@ public:
           clock_(clock),
           work_(work) {}
 
-    /// Room for an ordinary contact.
+    /// Reserves room for an ordinary contact.
     void build() { candidates_.reserve(ordinary_contact); }
-    /// No candidates yet.
     void clear() { candidates_.clear(); }
-    /// Adds the candidates of two regions that meet, groups that both rest aside. Ends early when the budget is spent,
-    /// which the book of work reports.
+    /// Adds the candidates of two regions that meet, except those of two groups at rest. Ends early when the budget is
+    /// spent, which OhcWork records.
     void pair_regions(const Frame& frame, const ClusteredRegions::Pair& pair);
-    /// Pairs of triangles whose boxes overlap, or come within the query distance, each once.
+    /// Pairs of triangles whose boxes overlap or are within the query distance, each once.
     [[nodiscard]] const std::vector<TrianglePair>& candidates() const { return candidates_; }
 
 private:
-    /// A group with the box that its blocks make.
+    /// A group with the union of its blocks' boxes.
     struct GroupRef {
         const MovingBody& moving;
         Index number;
         FloatBox box;
     };
-    /// One of sixteen clusters of an open group.
+    /// One of the sixteen clusters of an open group.
     struct ClusterRef {
         const ClusteredBody& clusters;
         Index group;
@@ -53,7 +52,7 @@ private:
     void descend(const Frame& frame, const ClusteredRegions::Pair& pair);
     void drop_apart(const Frame& frame, std::size_t known);
     bool spend_box_tests(std::int64_t amount) { return work_.spend(work_.counters.box_tests, amount); }
-    // Inline, and defined where alone they are called: the levels become one function.
+    // Inline and defined beside their only caller, so that the levels become one function.
     [[gnu::always_inline]] inline bool pair_groups(const Frame& frame, const GroupRef& p, const GroupRef& q);
     [[gnu::always_inline]] inline bool pair_clusters(const ClusterRef& p, const ClusterRef& q);
 

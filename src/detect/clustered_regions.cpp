@@ -10,7 +10,7 @@
 namespace trocar {
 namespace {
 
-/// More cells than this, and a region is not hashed but paired with every other.
+/// A region that covers more cells is not hashed but paired with every other.
 constexpr double most_cells = 512.0;
 
 double longest_edge(const Extent& box) {
@@ -49,8 +49,7 @@ void ClusteredRegions::build() {
     map_.reserve(ordinary_contact);
 }
 
-/// Cells about as large as the median region, counted from it: a vertex far away makes one region large and none of the
-/// cells.
+/// Cells have about the size of the median region and start there. A distant vertex enlarges one region and no cell.
 void ClusteredRegions::choose_cells() {
     by_size_.clear();
     for (std::size_t k = 0; k < regions_.size(); ++k) {
@@ -64,7 +63,7 @@ void ClusteredRegions::choose_cells() {
                  Vector3(box.low[0], box.low[1], box.low[2]));
 }
 
-/// Of by_size_, which must not be empty.
+/// Median of by_size_, which must not be empty.
 ClusteredRegions::Sized ClusteredRegions::median_size() {
     const auto middle = by_size_.begin() + static_cast<std::ptrdiff_t>(by_size_.size() / 2);
     std::nth_element(by_size_.begin(), middle, by_size_.end());
@@ -84,8 +83,8 @@ void ClusteredRegions::follow() {
     }
 }
 
-/// Gives a region that left its cells new ones, with half a cell of room on all sides. Half of the query distance is
-/// around each region: two that come within it share a cell.
+/// Assigns new cells to a region that left its cells, with half a cell of margin on all sides. Half of the query
+/// distance is around each region, so two regions within it share a cell.
 void ClusteredRegions::enter(Region& region, bool anew) {
     const Extent box = extent_of(region).grown(0.5 * clock_.query_distance);
     const Vector3 low(box.low[0], box.low[1], box.low[2]);
@@ -132,7 +131,7 @@ void ClusteredRegions::find_pairs() {
                 const Cell p = region(i).range.low;
                 for (const Index j : second) {
                     const Cell q = region(j).range.low;
-                    // Of the cells that two share, the one where both have begun stands for the pair.
+                    // Counts the pair once, in the first cell that both regions cover.
                     if (cell[0] == std::max(p[0], q[0]) && cell[1] == std::max(p[1], q[1]) &&
                         cell[2] == std::max(p[2], q[2])) {
                         pairs_.push_back({i, j});
@@ -144,7 +143,7 @@ void ClusteredRegions::find_pairs() {
     for (const Index large : large_) {
         const Index body = owner_of(region(large)).body;
         for (std::size_t j = 0; j < regions_.size(); ++j) {
-            // Two large ones meet once, from the one that comes first.
+            // A pair of large regions is entered once, from the first of them.
             if (regions_[j].range.cell_count() > most_cells && j <= static_cast<std::size_t>(large)) continue;
             const Index other = owner_of(regions_[j]).body;
             if (!map_.may_hit(body, other)) continue;

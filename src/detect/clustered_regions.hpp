@@ -1,6 +1,6 @@
-// Second stage of ohc_clustered's cascade: which regions may meet, over all bodies at once, with regions as primitives
-// of the thesis' three maps (cell_map.hpp). The list of pairs that share a cell is kept until a region leaves the cells
-// it was entered with. Only boxes of regions are examined here, in double; nothing below a region is.
+// Second stage of ohc_clustered's cascade: regions of all bodies that may meet, with regions as primitives of the
+// thesis' three maps (cell_map.hpp). The list of pairs that share a cell is kept until a region leaves its entered
+// cells. Uses only boxes of regions, in double.
 #pragma once
 
 #include <vector>
@@ -15,19 +15,19 @@ namespace trocar {
 
 class ClusteredRegions {
 public:
-    /// A region as the cells know it.
+    /// A region as entered in the cells.
     struct Region {
         Index owner = -1;   ///< number in ClusteredBodies::all()
         Index number = -1;  ///< of the region in its body
-        CellRange range{};  ///< with room to move
+        CellRange range{};  ///< cells of its box and a margin for motion
         bool entered = false;
     };
-    /// Two regions by number, the one of the body with the lower number first.
+    /// Numbers of two regions, the one of the lower body first.
     struct Pair {
         Index first;
         Index second;
     };
-    /// A region by its longest edge, m.
+    /// A region with its longest edge (m).
     struct Sized {
         double size = 0.0;
         Index region = -1;
@@ -39,18 +39,18 @@ public:
     ClusteredRegions(const ClusteredBodies& bodies, const ClusteredClock& clock, OhcWork& work)
         : bodies_(bodies), clock_(clock), work_(work) {}
 
-    /// Finds out who may hit whom.
+    /// Stores which bodies may collide.
     void prepare(const Topology& topology);
-    /// Takes over the regions of the bodies that were built.
+    /// Takes over the regions of the clustered bodies.
     void build();
-    /// Cells for the regions that the last read moved; for all when the query distance is another one.
+    /// Enters regions that the last read moved into their cells; all regions when the query distance changed.
     void follow();
-    /// Pairs of regions that share a cell, each once. Under a budget perhaps none, which the book of work reports.
+    /// Finds pairs of regions that share a cell, each once. May end early under a budget, which OhcWork records.
     void find_pairs();
-    /// Of those pairs, the ones whose boxes come within the query distance and of which at least one region moved.
+    /// Selects the pairs whose boxes are within the query distance and of which at least one region moved.
     void find_meetings();
     [[nodiscard]] const std::vector<Pair>& meetings() const { return meetings_; }
-    /// The median of the regions that meet, of each two the smaller one. Precondition: there are meetings.
+    /// Median over meetings() of the smaller region of each. Precondition: meetings() is not empty.
     [[nodiscard]] Sized median_meeting() { return median_size(); }
 
     [[nodiscard]] const Region& region(Index number) const { return regions_[static_cast<std::size_t>(number)]; }
@@ -67,15 +67,15 @@ private:
     const ClusteredBodies& bodies_;
     const ClusteredClock& clock_;
     OhcWork& work_;
-    std::vector<Region> regions_;  ///< body by body, as MovingBody::first_region reports
+    std::vector<Region> regions_;  ///< body by body, from MovingBody::first_region on
     Lattice lattice_;
     CellMap map_;
     bool cells_are_set_ = false;
-    double entered_query_distance_ = 0.0;  ///< m, that the regions' cells have room for
+    double entered_query_distance_ = 0.0;  ///< query distance (m) that the entered cells include
     bool pairs_known_ = false;             ///< no region left its cells since the list was made
     std::vector<Pair> pairs_;
     std::vector<Pair> meetings_;
-    std::vector<Sized> by_size_;  ///< what a median is taken of
+    std::vector<Sized> by_size_;  ///< scratch for the median
     std::vector<Index> large_;    ///< regions that cover too many cells
 };
 

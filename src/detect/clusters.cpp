@@ -10,14 +10,14 @@
 namespace trocar {
 namespace {
 
-/// Something with a place.
+/// An item with its position.
 struct Item {
     Vector3 point;  ///< m
     Index number = -1;
 };
 
-/// Orders items so that every aligned run of 16 is compact, every run of 256 too and so on: halves along the longest
-/// side of their box, again and again, cut where a full run ends.
+/// Orders items so that every aligned run of 16 is compact, and every run of 256 and so on. Halves recursively along
+/// the longest side of the items' box, and cuts where a full run ends.
 void halve(std::span<Item> items) {
     constexpr auto run = static_cast<std::size_t>(fan);
     while (items.size() > run) {
@@ -41,7 +41,7 @@ void halve(std::span<Item> items) {
     }
 }
 
-/// Items `first` … in an order made by halve.
+/// Numbers `first` … in the order of `halve`.
 template <typename PointOf>
 std::vector<Index> compact_order(Index first, Index count, const PointOf& point_of) {
     std::vector<Item> items;
@@ -72,11 +72,11 @@ void append(const std::vector<Index>& numbers, Lists<Index>& lists) {
 
 Index runs_of(Index count, Index length) { return (count + length - 1) / length; }
 
-/// Where a block of vertices from `begin` on ends, `end` at the latest: an order along a curve, or row by row, now and
-/// then jumps, and a block with a jump in it has a box as long as the jump.
+/// End of a block of vertices that starts at `begin`, at most `end`. An order along a curve or row by row has jumps,
+/// and the box of a block is as long as a jump in it.
 template <typename PointOf>
 Index end_of_block(const PointOf& point_of, Index begin, Index end) {
-    constexpr Index least = 4;  // vertices; less is not worth a block
+    constexpr Index least = 4;  // vertices; a smaller block does not pay
     constexpr double worth_a_block = 0.8;
     const auto size = [](const Box& box) { return (box.max - box.min).sum(); };
     std::array<double, block_size> size_from{};
@@ -103,7 +103,7 @@ Index end_of_block(const PointOf& point_of, Index begin, Index end) {
     return end;
 }
 
-/// Blocks of vertices in the order given (empty: the frame's own).
+/// Makes blocks of vertices in the given order (empty: the frame's own).
 ClusteredBody make_blocks(const Frame& frame, const BodyRange& range, std::vector<Index> vertex_order) {
     ClusteredBody body;
     body.vertices = range.vertices;
@@ -125,7 +125,7 @@ ClusteredBody make_blocks(const Frame& frame, const BodyRange& range, std::vecto
             body.block_of[static_cast<std::size_t>(number(k) - range.vertices.first)] = block;
         }
     }
-    // Ascending within a block: neighbours in memory one after the other.
+    // Ascending within a block, in the order of memory.
     for (Index block = 0; block < body.block_count && !vertex_order.empty(); ++block) {
         const auto place = [&](Index at) {
             return vertex_order.begin() + body.block_begin[static_cast<std::size_t>(at)];
@@ -136,7 +136,7 @@ ClusteredBody make_blocks(const Frame& frame, const BodyRange& range, std::vecto
     return body;
 }
 
-/// Vertices and blocks of the clusters of one group, and the group's own. `place` has a number for each vertex of the
+/// Lists the vertices and blocks of one group and of its clusters. `place` is scratch, one number per vertex of the
 /// body, -1 before and after.
 void list_group(const Topology& topology, Index group, std::vector<Index>& place, ClusteredBody& body) {
     constexpr std::size_t most = 3 * static_cast<std::size_t>(fan) * static_cast<std::size_t>(fan);
@@ -197,7 +197,7 @@ void list_regions(ClusteredBody& body) {
     for (const std::vector<Index>& regions : regions_of_block) append(regions, body.regions_of_block);
 }
 
-/// Clusters, groups and regions of triangles in this order, over the blocks that `body` has.
+/// Makes clusters, groups and regions of triangles in this order, over the blocks of `body`.
 void make_clusters(const Topology& topology, const std::vector<Index>& triangle_order, ClusteredBody& body) {
     body.triangle = triangle_order;
     while (body.triangle.size() % fan != 0) body.triangle.push_back(-1);
@@ -210,9 +210,8 @@ void make_clusters(const Topology& topology, const std::vector<Index>& triangle_
     list_regions(body);
 }
 
-/// How much longer the frame's own vertex order makes groups of triangles in `triangle_order`: sum over the groups of
-/// the longest edge of the box around the blocks they touch, as a multiple of that of the box around their own
-/// vertices.
+/// Ratio by which the frame's own vertex order enlarges groups of `triangle_order`. Numerator: sum over the groups of
+/// the longest edge of the box around their blocks. Denominator: the same for the box around their own vertices.
 double looseness(const Topology& topology, const Frame& frame, const std::vector<Index>& triangle_order,
                  const ClusteredBody& blocks) {
     std::vector<Box> block(static_cast<std::size_t>(blocks.block_count));
@@ -256,8 +255,8 @@ ClusteredBody cluster_body(const Topology& topology, const Frame& frame, const B
                3.0;
     };
     const std::vector<Index> triangle_order = compact_order(range.triangles.first, range.triangles.count, centre);
-    // The frame's own vertex order is read in a stream, the other vertex by vertex, which is dear where a core's own
-    // cache (1 MB and more) does not hold them.
+    // The frame's own vertex order is read as a stream, the other one vertex by vertex. That is costly where a core's
+    // own cache (1 MB and more) does not hold them.
     const double worth_a_stream = range.vertices.count > 40000 ? 8.0 : 4.0;
     const double loose = looseness(topology, frame, triangle_order, body);
     if (order == ClusterOrder::local || !(loose <= worth_a_stream)) {

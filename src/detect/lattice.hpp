@@ -1,5 +1,5 @@
-// The uniform cells of ohc: which cell a coordinate lies in, by one monotone expression that is used everywhere. That
-// monotony is the whole proof that no pair is missed: overlapping boxes have overlapping index ranges on every axis.
+// Uniform grid of ohc: maps a coordinate to a cell by one monotone expression. Monotonicity proves that no pair is
+// lost: overlapping boxes have overlapping index ranges on every axis.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 namespace trocar {
 
-/// Cell numbers along x, y, z; the fourth entry is unused (it makes three numbers one 16-byte register).
+/// Cell numbers along x, y, z; the fourth entry is unused (it fills a 16-byte register).
 using Cell = std::int32_t __attribute__((vector_size(16)));
 
 /// Two coordinates in one 16-byte register.
@@ -20,7 +20,7 @@ using Two = double __attribute__((vector_size(16)));
 inline Cell cell_min(Cell a, Cell b) { return a < b ? a : b; }
 inline Cell cell_max(Cell a, Cell b) { return a > b ? a : b; }
 
-/// Inclusive run of cells on each axis.
+/// Inclusive range of cells on each axis.
 struct CellRange {
     Cell low;
     Cell high;
@@ -49,11 +49,11 @@ struct CellRange {
 };
 
 /// Maps coordinates to cell numbers: q(x) = round(x / h − base), clamped below 2^30 in size. Multiplication,
-/// subtraction, rounding and clamping are each monotone, so q is; what lies beyond the clamp shares the border cell,
-/// which costs time and loses nothing. `base` keeps the numbers small wherever the scene lies (1e4 m or 1e-6 m).
+/// subtraction, rounding and clamping are each monotone, so q is. Coordinates beyond the clamp share the border cell,
+/// which costs time and loses no pair. `base` keeps the numbers small wherever the scene lies (1e4 m or 1e-6 m).
 class Lattice {
 public:
-    /// edge: cell edge h, m, > 0. corner: a point near which numbers shall be small, m.
+    /// `edge`: cell edge h, m, > 0. `corner`: a point near which numbers are small, m.
     void set(double edge, const Vector3& corner) {
         inverse_ = std::min(1.0 / edge, 1e300);
         for (int axis = 0; axis < 3; ++axis) {
@@ -64,7 +64,7 @@ public:
         double t = x * inverse_ - base_[axis];
         t = t < limit ? t : limit;  // in this form a NaN becomes the limit
         t = t > -limit ? t : -limit;
-        // Adding 1.5 × 2^52 rounds to the nearest integer and leaves it in the low bits: no call, no branch.
+        // Adding 1.5 × 2^52 rounds to the nearest integer and leaves it in the low bits, without call or branch.
         return static_cast<std::int32_t>(std::bit_cast<std::int64_t>(t + 6755399441055744.0));
     }
     [[nodiscard]] Cell cell(const Vector3& x) const {
@@ -79,7 +79,7 @@ public:
         return {__builtin_shufflevector(low, z, 0, 2, 4, 7), __builtin_shufflevector(high, z, 0, 2, 6, 7)};
     }
 
-    /// True when a cell number stands at the clamp, which calls for another corner.
+    /// True when a cell number is at the clamp, so that another corner is needed.
     static bool at_limit(const CellRange& range) {
         constexpr auto most = static_cast<std::int32_t>(limit);
         for (int axis = 0; axis < 3; ++axis) {

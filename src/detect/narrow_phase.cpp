@@ -15,7 +15,7 @@ Corners corners(const Topology& topology, const Frame& frame, Index triangle) {
     return {frame.position.col(vertices(0)), frame.position.col(vertices(1)), frame.position.col(vertices(2))};
 }
 
-/// Calls apart(run of candidates, their batch, which of them meet) for one run after the other.
+/// Calls apart(run of candidates, their batch, bits of those that meet) for each run.
 template <typename Apart>
 void test_exactly(const Topology& topology, const Frame& frame, std::span<const TrianglePair> candidates,
                   std::vector<TrianglePair>& pairs, const TriangleFilter& filter, const Apart& apart) {

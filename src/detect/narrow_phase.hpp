@@ -1,5 +1,5 @@
-// The last step of our detectors: which of the candidate pairs really intersect, or are within the query distance. Kept
-// apart from the cascades so that both decide with the same test and a study can swap it.
+// Narrow phase of the project's detectors: which candidate pairs intersect, or are within the query distance. All
+// cascades share this test, and a study can replace it.
 #pragma once
 
 #include <cstdint>
@@ -13,20 +13,19 @@
 
 namespace trocar {
 
-/// exact: float filter in vectors (triangle_filter.hpp), exact predicates for the rest; interval: double with relative
-/// tolerance; moller: the float reference routine with its known failures (METHODS §3.3).
+/// exact: float filter in vectors (triangle_filter.hpp), exact predicates for the rest. interval: double with relative
+/// tolerance. moller: the float reference routine with its known failures (METHODS §3.3).
 enum class TriangleTest : std::uint8_t { exact, interval, moller };
-/// Inverse of the parameter's words "exact", "interval", "moller".
+/// Parses "exact", "interval" or "moller".
 TriangleTest triangle_test_from(std::string_view word);
 
-/// Appends those of `candidates` that intersect to `pairs`, in the same order. `filter` makes no difference to the
-/// answer, only to the time.
+/// Appends those of `candidates` that intersect to `pairs`, in the same order. `filter` affects only the time.
 void test_pairs(TriangleTest test, const Topology& topology, const Frame& frame,
                 std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs,
                 const TriangleFilter& filter = triangle_filters().front());
 
-/// As above, and appends those of the others that are at most `query_distance` (m) apart to `proximity`. Returns how
-/// many were asked for their distance: at reach 0 none.
+/// As test_pairs; appends those of the others that are at most `query_distance` (m) apart to `proximity`. Returns the
+/// number of distance tests, 0 when `query_distance` is 0.
 std::int64_t test_pairs_within(double query_distance, TriangleTest test, const Topology& topology, const Frame& frame,
                                std::span<const TrianglePair> candidates, std::vector<TrianglePair>& pairs,
                                std::vector<TrianglePair>& near,

@@ -1,25 +1,28 @@
 // Compiled once per instruction set by Highway, which includes this file again for each of them.
 //
-// The closest points of two triangles that do not meet lie on a corner and a face or on two edges (15 pairs of
-// features, as in geometry/triangle_distance.cpp). They are searched for in float, by formulas that may be as wrong as
-// they like:
-//   near  one point of each triangle has been found, by weights that are not negative and sum to 1, at a distance that
-//         is at most the query distance when all that rounding can have done is added;
-//   far   along some axis the shadows of the triangles are further apart than the query distance when all that is taken
-//   off:
-//         the normals of the two triangles first, then the line between the closest points that were found.
-// Right closest points prove one or the other unless the distance is within the error bound of the query distance.
+// The closest points of two disjoint triangles lie on a corner and a face or on two edges (15 pairs of features, as in
+// geometry/triangle_distance.cpp). The float search for them need not be exact, since each verdict has its own proof:
+//
+// * near: one point of each triangle has a distance of at most the query distance, with all rounding added. Its weights
+//   are not negative and sum to 1.
+// * far: along some axis the projections of the triangles are further apart than the query distance, with all rounding
+//   subtracted. Axes: the normals of the two triangles, then the line between the closest points found.
+//
+// Correct closest points prove one or the other, unless the distance is within the error bound of the query distance.
 //
 // Error bounds, with e = 2^-24, S the sum of the largest magnitudes E1 in u1 v1, E2 in u2 v2, m in w:
-//   A shadow's place is a dot product of an axis n with a sum of two rounded differences. Rounded factors cost 1.001 e,
-//   the dot product 3 e, each relative to |n| times the vector's length, the sum e, the gap between two shadows e:
-//   together (1.001 + 3 + 1 + 1) e sqrt(3) S |n|, at most 11 e S |n|. Length and product round by 6 e. 20 e S |n| and a
-//   reach that is 2^-19 larger are more. A point is a corner plus weights times edges, of at most m + E1, E2 and 2 E1,
-//   2 E2: a sum of magnitudes of at most 3 S per axis, with five roundings and rounded differences 18.1 e S, over three
-//   axes 32 e S. Weights that sum to 1 + 3 e are 3 e sqrt(3) S beside the triangle, the length rounds by 3 e of at most
-//   3 sqrt(3) S: 64 e S is more, with a query distance that is 2^-19 smaller.
+//
+// * Projection: a dot product of an axis n with a sum of two rounded differences. Relative to |n| times the vector's
+//   length, rounded factors cost 1.001 e and the dot product 3 e. The sum costs e, and the distance of two projections
+//   e. Together (1.001 + 3 + 1 + 1) e sqrt(3) S |n|, at most 11 e S |n|. Length and product round by 6 e. The code uses
+//   20 e S |n| and a query distance that is 2^-19 larger, which is more.
+// * Point: a corner plus weights times edges, of at most m + E1, E2 and 2 E1, 2 E2. The sum of magnitudes is at most
+//   3 S per axis. Five roundings and rounded differences make 18.1 e S, over three axes 32 e S in all. Weights that sum
+//   to 1 + 3 e are 3 e sqrt(3) S beside the triangle. The length rounds by 3 e of at most 3 sqrt(3) S here. The code
+//   uses 64 e S and a query distance that is 2^-19 smaller, which is more.
+//
 // Underflow: as in triangle_filter.cpp, with magnitudes of at least 2^-30 and axes of at least that length. Overflow
-// makes infinities and NaN, which prove nothing.
+// gives infinities and NaN, which prove nothing.
 #include "detect/near_filter.hpp"
 
 #undef HWY_TARGET_INCLUDE
@@ -42,13 +45,13 @@ HWY_INLINE Vectors subtract(const Vectors& a, const Vectors& b) {
 }
 HWY_INLINE Vectors negative(const Vectors& a) { return {hn::Neg(a.x), hn::Neg(a.y), hn::Neg(a.z)}; }
 HWY_INLINE Vectors times(Float s, const Vectors& a) { return {hn::Mul(s, a.x), hn::Mul(s, a.y), hn::Mul(s, a.z)}; }
-/// A place on a segment; what is not a number becomes one of its ends.
+/// Clamps a place to the segment; NaN becomes one of its ends.
 HWY_INLINE Float place(Float s) {
     const Floats d;
     return hn::IfThenElse(hn::Gt(s, hn::Zero(d)), hn::Min(s, hn::Set(d, 1.0F)), hn::Zero(d));
 }
 
-/// Lanes of pairs with what their bounds need.
+/// Lanes of pairs with the data of their bounds.
 struct Lanes {
     Vectors u1;
     Vectors v1;
@@ -56,10 +59,10 @@ struct Lanes {
     Vectors v2;
     Vectors w;
     Float size;            ///< S
-    Float query_distance;  ///< 2^-19 larger than asked
+    Float query_distance;  ///< 2^-19 larger than given
 };
 
-/// Whether the shadows on an axis are surely further apart than the query distance.
+/// Whether the projections on an axis are certainly further apart than `query_distance`.
 HWY_INLINE Mask parted(const Lanes& t, const Vectors& axis) {
     const Floats d;
     const Float a0 = dot(axis, t.w);
@@ -76,7 +79,7 @@ HWY_INLINE Mask parted(const Lanes& t, const Vectors& axis) {
     return hn::And(hn::Or(hn::Gt(above, bound), hn::Gt(below, bound)), hn::Ge(square, hn::Set(d, 0x1p-60F)));
 }
 
-/// The shortest way from the second triangle to the first that was found so far.
+/// Shortest vector found so far from the second triangle to the first.
 struct Shortest {
     Float square;
     Vectors path;
@@ -89,7 +92,7 @@ struct Shortest {
     }
 };
 
-/// Ways from the points of a triangle at the origin, with sides u and v, to three points, where the foot lies inside.
+/// Vectors between a triangle at the origin, with sides u and v, and three points whose projection is inside it.
 template <bool to_first>
 HWY_INLINE void take_feet(const Vectors& u, const Vectors& v, const Vectors (&points)[3], Shortest& shortest) {
     const Float uu = dot(u, u);
@@ -109,7 +112,7 @@ HWY_INLINE void take_feet(const Vectors& u, const Vectors& v, const Vectors (&po
     }
 }
 
-/// Ways between the closest points of every two edges (Ericson, Real-Time Collision Detection, 5.1.9).
+/// Vectors between the closest points of every two edges (Ericson, Real-Time Collision Detection, 5.1.9).
 HWY_INLINE void take_edges(const Lanes& t, const Vectors (&p)[3], const Vectors (&q)[3], Shortest& shortest) {
     const Floats d;
     const Float one = hn::Set(d, 1.0F);
@@ -142,7 +145,7 @@ HWY_INLINE void take_edges(const Lanes& t, const Vectors (&p)[3], const Vectors 
     }
 }
 
-/// Verdicts of the lanes from pair `from` on, of which those in `asked` are wanted.
+/// Verdicts of the lanes from pair `from` on; only the bits in `asked` are needed.
 HWY_INLINE void decide_near_lanes(const TriangleBatch& batch, std::size_t from, std::uint64_t asked,
                                   float query_distance, std::uint64_t& near, std::uint64_t& far) {
     const Floats d;

@@ -1,5 +1,5 @@
-// The part of the triangle filter that reports near pairs: which surely come within the query distance and which surely
-// do not, many at once in float. Neither is taken from how closest points were found, but proved by what was found.
+// SIMD float filter for near pairs: which are certainly within the query distance, and which certainly are not. Error
+// bounds prove both; the search for closest points itself need not be exact.
 #pragma once
 
 #include <string_view>

@@ -7,8 +7,8 @@
 namespace trocar {
 namespace {
 
-constexpr std::uint32_t field_bits = 1U << 20U;  ///< 128 KiB, which stay in the second cache
-constexpr std::int64_t least_border = 2;         ///< coarse cells around the range: what lies outside stays unmarked
+constexpr std::uint32_t field_bits = 1U << 20U;  ///< 128 KiB, which fit the second-level cache
+constexpr std::int64_t least_border = 2;  ///< coarse cells around the range, so that vertices outside stay unmarked
 
 }  // namespace
 
@@ -19,10 +19,10 @@ void Occupancy::prepare(Index vertices) {
     }
 }
 
-/// How many coarse cells two points can be apart that are at most `distance` apart along an axis.
+/// Largest difference in coarse cells of two points that are at most `distance` apart along an axis.
 int Occupancy::cells_within(double distance, int shift) const {
     if (distance == 0.0) return 0;
-    // Of two numbers that are rounded after being computed with an error far below a hundredth, unless so large.
+    // The error before rounding is far below 0.01, except for numbers this large.
     constexpr double large = 0x1p40;
     const double cells = std::floor(distance * window_.inverse + 0.01) + 1.0;
     for (const double base : window_.base) {
@@ -112,13 +112,13 @@ bool Occupancy::any_shared(const CellRange& range) const {
            for_each_word(range, [this](std::size_t word, std::uint32_t bits) { return (twice_[word] & bits) != 0; });
 }
 
-/// near_ = field with every bit spread by `cells` >= 1 along each axis; within a block of words.
+/// near_ = field dilated by `cells` >= 1 along each axis, within a block of words.
 void Occupancy::spread(const Field& field, const Block& block, int cells) {
     spread_once(field, block);
     for (int more = 1; more < cells; ++more) spread_once(near_, block);
 }
 
-/// By one cell, one axis after the other; `field` may be near_ itself.
+/// Dilates by one cell, one axis after the other; `field` may be near_ itself.
 void Occupancy::spread_once(const Field& field, const Block& block) {
     const std::size_t plane_words = std::size_t{row_words_} * rows_;
     const auto for_each_row = [&](const auto& use) {
@@ -138,7 +138,7 @@ void Occupancy::spread_once(const Field& field, const Block& block) {
             before = here;
         }
     });
-    // Rows that a row takes in from below and above are itself at the block's faces.
+    // At the faces of the block a row is its own neighbour.
     for_each_row([&](std::size_t begin, std::size_t end, std::uint32_t y, std::uint32_t /*z*/) {
         const std::size_t below = y > block.low[1] ? row_words_ : 0;
         const std::size_t above = y < block.high[1] ? row_words_ : 0;
@@ -151,7 +151,7 @@ void Occupancy::spread_once(const Field& field, const Block& block) {
     });
 }
 
-/// The words that hold `range` and what a bit there can spread to.
+/// The words that hold `range`, dilated by one cell.
 Occupancy::Block Occupancy::block_around(const CellRange& range) const {
     const std::uint32_t count[3] = {window_.row, rows_, planes_};
     Block block{};
@@ -168,8 +168,7 @@ Occupancy::Block Occupancy::block_around(const CellRange& range) const {
     return block;
 }
 
-/// Cells outside the window's range hold what lies anywhere outside, and nothing can be shared there: they are left
-/// out.
+/// Skips cells outside the window's range: they hold everything outside, and nothing can be shared there.
 void Occupancy::merge(const CellRange& range, int cells) {
     const Block block = block_around(range);
     if (cells > 0) {

@@ -1,19 +1,19 @@
-// Level O of ohc's cascade: which triangles are near a place where two bodies may meet, asked of every triangle and
-// therefore in a few instructions each, without a hash look-up and without computing its cells.
+// Level O of ohc's cascade: which triangles are near a place where two bodies may meet. It runs on every triangle in a
+// few instructions each, without hashing and without computing the triangle's cells.
 //
-//   codes     every vertex -> its coarse cell, three small numbers in one word (occupancy_kernels.hpp)
-//   fields    per group of bodies one bit per coarse cell: a vertex is here; spread by one cell, so that the cells of
-//             every triangle whose corners are at most one cell apart are in it (the others are put in one by one), and
-//             by as many more as what is around the group's triangles can cover
-//   shared    the bits that two groups have in common; spread by as many again and looked up at the vertices
-//   marks     a triangle whose first corner has no such bit, and whose corners are at most one cell apart, lies in no
-//             shared cell and is done with: three loads, a few subtractions, no branch
+// * codes: every vertex gets its coarse cell, three small numbers in one word (occupancy_kernels.hpp).
+// * fields: one bit per coarse cell and group of bodies marks that a vertex is there. Dilated by one cell, a field
+//   covers every triangle whose corners are at most one cell apart. Other triangles are entered one by one. A margin
+//   around the triangles adds the cells that it can cover.
+// * shared: the bits that two groups have in common, dilated likewise, are read at the vertices.
+// * marks: a triangle is ruled out when its first corner has no such bit and its corners are at most one cell apart.
+//   This costs three loads and a few subtractions, without a branch.
 //
-// A group is a set of bodies that may hit the same others and not each other (the parts of one instrument, all rigid
-// bodies): nobody needs to know which of them is where. No two bodies or groups are ever held against each other.
+// Bodies of a group share one field. They may collide with the same others and not with each other (parts of one
+// instrument, all rigid bodies). No two bodies or groups are compared.
 //
-// Bits may be set that need not be (cells are taken together where they are too many, fields are spread), never the
-// other way round: a cell number is monotone in a coordinate, and so are coarse and clamped ones.
+// The bits are conservative: coarse cells and dilation may set bits in excess and never miss one. A cell number is
+// monotone in a coordinate, and so are coarse and clamped numbers.
 #pragma once
 
 #include <algorithm>
@@ -28,41 +28,41 @@ namespace trocar {
 
 class Occupancy {
 public:
-    /// Makes room for the codes of vertices and for the largest fields, so that no tick asks for memory.
+    /// Reserves the codes of vertices and the largest fields, so that no tick allocates.
     void prepare(Index vertices);
 
-    /// Empties the fields for cells in `range`, where two groups can meet. `around`: m, most that there is around the
-    /// triangles of a group.
+    /// Empties the fields for cells in `range`, where two groups can meet. `around`: largest margin around the
+    /// triangles of a group, m.
     void start(const Lattice& lattice, const CellRange& range, double around = 0.0);
-    /// By how many cells a vertex must be spread for the cells of its triangles, with `around` (m) around them; more
-    /// than most_spread where vertices report too little.
+    /// Cells by which vertices must be dilated to cover their triangles with margin `around` (m). A result above
+    /// most_spread means that vertices do not suffice.
     [[nodiscard]] int spread_for(double around) const { return 1 + cells_within(around, window_.shift); }
     static constexpr int most_spread = 4;
-    /// Finds the codes of vertices.
+    /// Computes the codes of vertices.
     void encode(const Frame& frame, Range vertices);
 
-    /// Puts vertices into the field of the group at hand.
+    /// Enters vertices into the current group's field.
     void add_vertices(Range vertices);
-    /// Puts a range of cells there. Returns the number of words written.
+    /// Enters a range of cells into the current group's field. Returns the number of words written.
     std::int64_t add(const CellRange& range);
-    /// Ends the field of a group whose cells all lie in `range`; spread by so many cells, which is 0 where no vertices
-    /// were put in.
+    /// Ends the field of a group whose cells all lie in `range`. Dilates it by `cells`, which is 0 where no vertices
+    /// were entered.
     void merge(const CellRange& range, int cells);
-    /// Instead of add and merge for the last group: what a group before holds of these cells is shared. Returns whether
-    /// there is any.
+    /// Replaces add and merge for the last group: marks cells of `range` that an earlier group holds as shared. Returns
+    /// whether there are any.
     bool share(const CellRange& range);
 
-    /// Prepares marks on vertices within so many cells of a cell of any group merged so far; of two of them.
+    /// Prepares `mark` for vertices within `cells` of a cell of any merged group; of two of them.
     void search_for_any(int cells) { spread(once_, everything(), cells); }
     void search_for_shared(int cells) { spread(twice_, everything(), cells); }
     /// Marks the vertices near such cells.
     void mark(Range vertices);
-    /// Appends the triangles among `triangles` that are marked or have corners more than a cell apart. `corners` are
-    /// the topology's vertex numbers, three per triangle.
+    /// Appends the triangles that are marked or have corners more than one cell apart. `corners`: the topology's vertex
+    /// numbers, three per triangle.
     void collect(const Index* corners, Range triangles, std::vector<Index>& found) const {
         collect_if(corners, triangles, cell_code::mark, found);
     }
-    /// As above for those with corners more than a cell apart only.
+    /// Appends the triangles with corners more than one cell apart.
     void collect_wide(const Index* corners, Range triangles, std::vector<Index>& found) const {
         collect_if(corners, triangles, 0U, found);
     }
@@ -104,7 +104,7 @@ private:
         return (static_cast<std::uint32_t>(cell) - static_cast<std::uint32_t>(origin_[axis])) >> window_.shift;
     }
     using Place = std::uint32_t __attribute__((vector_size(16)));
-    /// Coarse cell; what lies outside lies in the outermost one.
+    /// Coarse cell; coordinates outside the window map to the outermost one.
     [[nodiscard]] Place coarse(Cell cell) const {
         const Cell inside = cell_min(cell_max(cell, first_), last_);
         // Unsigned: the window may span 2^31 cells and a little.
@@ -139,17 +139,17 @@ private:
     OccupancyKernels kernels_ = occupancy_kernels().front();
     CellWindow window_;
     CellRange range_{};  ///< lattice cells where groups can meet; two coarse cells or more inside the window
-    Cell first_{};       ///< the window's numbers as whole numbers
+    Cell first_{};       ///< the window's numbers as integers
     Cell last_{};
     Cell origin_{};
     std::uint32_t rows_ = 1;  ///< per plane
     std::uint32_t planes_ = 1;
     std::uint32_t row_words_ = 1;
     std::vector<std::uint32_t> codes_;  ///< per vertex
-    Field own_;                         ///< group at hand; all zero between groups
+    Field own_;                         ///< current group; all zero between groups
     Field once_;                        ///< groups merged so far
     Field twice_;                       ///< at least two of them
-    Field near_;                        ///< spread
+    Field near_;                        ///< result of `spread`
     Field folded_;
 };
 

@@ -19,11 +19,11 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Doubles = hn::CappedTag<double, 8>;
 using Words = hn::CappedTag<std::uint32_t, 16>;
 
-/// Adding and taking away 1.5 × 2^52 rounds to the nearest whole number, as Lattice::number does.
+/// Adding and subtracting 1.5 × 2^52 rounds to the nearest integer, as Lattice::number does.
 constexpr double rounder = 6755399441055744.0;
 
-/// One word for each of `count` points: several at a time by vectors(x, y, z), which returns a vector of words, the
-/// last ones singly by single(point).
+/// Writes one word per point: several points at a time by vectors(x, y, z), which returns a vector of words, the last
+/// ones by single(point).
 template <typename Vectors, typename Single>
 HWY_INLINE void for_each_point(const double* points, Index count, std::uint32_t* words, const Vectors& vectors,
                                const Single& single) {
@@ -41,7 +41,7 @@ HWY_INLINE void for_each_point(const double* points, Index count, std::uint32_t*
     for (; i < count; ++i) words[i] = single(points + 3 * static_cast<std::size_t>(i));
 }
 
-/// Whole numbers from 0 to below 2^31 as words.
+/// Converts integers from 0 to below 2^31 to words.
 template <typename Vector>
 HWY_INLINE auto to_words(Vector whole) {
     const hn::Rebind<std::int32_t, Doubles> di;
@@ -150,7 +150,7 @@ void beside(const double* points, Index count, std::span<const Extent> boxes, st
     for_each_point(
         points, count, words,
         [&](auto x, auto y, auto z) {
-            // Bits are added up as doubles: all are different powers of two below 2^31.
+            // Bits are summed as doubles: all are different powers of two below 2^31.
             auto sum = hn::Set(d, static_cast<double>(absent));
             double bit = 1.0;
             for (const Extent& box : boxes) {

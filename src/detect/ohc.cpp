@@ -1,27 +1,24 @@
-// ohc: the detector that the thesis describes (§3.3, §4.2), as METHODS §2 reconstructs it. Space is split into equal
-// cells, no mesh connectivity is used, and no body is held against another body but for one box of each: the work grows
-// with the triangles, not with the pairs of bodies. A tick is a cascade, each level passing on only what it could not
-// rule out; here is only in which order the levels follow each other, and what the detector can be asked for:
+// ohc: the detector of the thesis (§3.3, §4.2), as METHODS §2 reconstructs it. Space is a uniform grid, and no mesh
+// connectivity is used. Bodies are compared by one box each, so the work grows with the triangles and not with the
+// pairs of bodies. A tick is a cascade: each level passes on what it could not rule out. This file decides the order of
+// levels and declares the parameters:
 //
-//   boxes of bodies  where can bodies meet at all: the parts that their boxes have in common; the cells there are the
-//                    window of this tick (ohc_bodies.hpp, ohc_meeting.hpp)
-//   occupancy        per group one bit per cell of the window, from the vertices; a triangle is ruled out by a examine
-//                    three numbers, one per corner. Nearly all triangles end here; of the others those that reach into
-//                    no such part
-//   shared cells     the same bits again for the triangles left, with the cells that they really cover
-//                    (both: ohc_occupancy.hpp)                                                               [update]
-//   three maps       what lies in cells of two groups is hashed: live cells, the bodies in each, their triangles in
-//                    each; two triangles that share a live cell and whose boxes overlap are a candidate
-//                    (ohc_maps.hpp)                                                                          [detect]
-//   triangles        the exact test (narrow_phase.hpp), with swept=on the continuous one, too (swept.hpp)
+// * boxes of bodies [update]: where bodies can meet at all, the intersections of their boxes. The cells there are the
+//   window of this tick (ohc_bodies.hpp, ohc_meeting.hpp).
+// * occupancy [update]: per group one bit per cell of the window, from the vertices. Three numbers, one per corner,
+//   rule out nearly all triangles. Others are ruled out when they lie outside those intersections
+//   (ohc_occupancy.hpp).
+// * shared cells [update]: the same bits for the remaining triangles, from their exact cells (ohc_occupancy.hpp).
+// * three maps [detect]: triangles in cells of two groups are hashed. The maps hold live cells, the bodies in each,
+//   and their triangles. Two triangles in a live cell with overlapping boxes are a candidate (ohc_maps.hpp).
+// * triangles [detect]: the exact test (narrow_phase.hpp); with swept=on also the continuous one (swept.hpp).
 //
-// Why no pair is missed: lattice.hpp; within a query distance every box, range of cells and box test is that of the
-// same grown triangle (ohc_bodies.hpp: which of two is grown).  Triangles that span very many cells are cut into pieces
-// for marking and hashing only (triangle_cells.hpp); those that would need more pieces than a plain examine every other
-// triangle costs are examined in that plain way.
+// No pair is lost: see lattice.hpp. With a query distance every box, cell range and box test uses the same grown
+// triangle (ohc_bodies.hpp decides which of two is grown). Triangles that span very many cells are cut into pieces for
+// marking and hashing only (triangle_cells.hpp). Where pieces cost more, a triangle is tested against every other one.
 //
-// Nothing is remembered from tick to tick, but under limits: then the pairs of the tick before are tested first, what
-// concerns an instrument next, all else last (ohc_limits.hpp).
+// No state is kept between ticks, except under limits. Then pairs of the last tick are tested first, then pairs with an
+// instrument, then all others (ohc_limits.hpp).
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -48,7 +45,7 @@ public:
     void prepare(const Topology& topology, const Frame& frame) override {
         topology_ = &topology;
         bodies_.prepare(topology, frame);
-        // Room for a crowded tick; more than this grows as it comes.
+        // Reserved for a crowded tick; more is allocated on demand.
         constexpr std::int64_t crowd = 16384;
         const std::int64_t triangles = topology.triangle_count();
         const auto room = static_cast<std::size_t>(std::min(crowd, triangles));

@@ -11,7 +11,7 @@
 namespace trocar {
 namespace {
 
-/// The range that holds both.
+/// The smallest range that holds both.
 CellRange hull(const CellRange& a, const CellRange& b) {
     if (is_empty(a)) return b;
     if (is_empty(b)) return a;
@@ -52,11 +52,11 @@ void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
     choose_cell(frame);
 }
 
-/// Bodies with equal masks become a group: neither is in its own mask, so they cannot hit each other.
+/// Bodies with equal masks become a group: neither is in its own mask, so they cannot collide.
 void OhcBodies::make_groups() {
     const auto mask = [this](Index number) { return std::span(collide_).subspan(at(number) * words_, words_); };
     const auto same = [&](Index a, Index b) { return std::ranges::equal(mask(a), mask(b)); };
-    // Each body moves up to the first one of its group.
+    // Moves each body up to the first one of its group.
     groups_.clear();
     for (std::size_t begin = 0; begin < order_.size();) {
         const Index first = order_[begin];
@@ -100,7 +100,7 @@ void OhcBodies::choose_cell(const Frame& frame) {
         if (std::isfinite(shortest_moving)) shortest = shortest_moving;
         edge = std::max(1.5 * shortest, sum / count);
         if (!(edge > 0.0) || !std::isfinite(edge)) {
-            cells_.lattice().set(1.0, corner);  // all points coincide; asked again at the next tick
+            cells_.lattice().set(1.0, corner);  // all points coincide; repeated in the next tick
             return;
         }
     }
@@ -139,8 +139,8 @@ bool OhcBodies::read_boxes(const Frame& frame) {
     return finite;
 }
 
-/// Of bodies that go far: which part of their way passes others within the query distance. The hull of it, and for all
-/// others the whole way.
+/// Finds, for bodies that move far, the part of their path that passes others within the query distance: the hull of
+/// all such parts. For other bodies it is the whole path.
 void OhcBodies::find_parts() {
     constexpr double far = 2.0;  // times their own size
     parts_.assign(paths_.size(), {});
@@ -168,7 +168,7 @@ void OhcBodies::find_parts() {
 
 CellRange OhcBodies::place_groups() {
     if (Lattice::at_limit(place_all())) {
-        // Something is further than 2^30 cells from the corner chosen before: choose one where the bodies are now.
+        // A body is more than 2^30 cells from the old corner: choose a corner at the bodies' present place.
         Extent all;
         for (const Extent& box : boxes_) all.add(box);
         cells_.lattice().set(cells_.lattice().edge(), Vector3(all.low[0], all.low[1], all.low[2]));
@@ -183,7 +183,7 @@ CellRange OhcBodies::place_groups() {
     return meeting;
 }
 
-/// The body's box with that around it that the boxes of its triangles have.
+/// The body's box with the margin of its triangles.
 Extent OhcBodies::wide_box(Index number) const { return boxes_[at(number)].grown(cells_.around(number)); }
 
 CellRange OhcBodies::cells_of(const Extent& box) const {

@@ -1,5 +1,5 @@
-// First level of ohc's cascade: which bodies may meet which, how large a cell is, and where bodies can meet at all,
-// judged by the boxes of whole bodies. No triangle is examined here, except once for the size of a cell.
+// First level of ohc's cascade, by boxes of whole bodies. It finds pairs of bodies that may meet, the cell size, and
+// where bodies can meet. Triangles are read only for the cell size.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +15,13 @@
 
 namespace trocar {
 
-/// No cells; its low is above its high.
+/// The empty range: low above high.
 constexpr CellRange no_cells{Cell{1, 1, 1, 0}, Cell{0, 0, 0, 0}};
 inline bool is_empty(const CellRange& range) { return range.low[0] > range.high[0]; }
 
 class OhcBodies {
 public:
-    /// Bodies that may hit the same others and not each other.
+    /// Bodies that may collide with the same others and not with each other.
     struct Group {
         std::size_t first_body;  ///< of order()
         std::size_t end_body;
@@ -30,29 +30,28 @@ public:
 
     explicit OhcBodies(const OhcSettings& settings) : settings_(settings) {}
 
-    /// Forgets everything; the frame gives the size of a cell.
+    /// Forgets everything. The frame determines the cell size.
     void prepare(const Topology& topology, const Frame& frame);
 
     [[nodiscard]] const Topology& topology() const { return *topology_; }
-    /// Bodies that take part, group by group. Few triangles first: the last and largest body then needs no marking, it
-    /// only looks where the others are. Under a limit instruments come first, so that what is cut off concerns them
-    /// least.
+    /// Bodies that take part, group by group, those with few triangles first: the last and largest body then needs no
+    /// marking. Under a limit instruments come first, so that truncation affects them least.
     [[nodiscard]] const std::vector<Index>& order() const { return order_; }
     [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
     [[nodiscard]] bool may_hit(Index body_a, Index body_b) const {
         return ((collide_[at(body_a) * words_ + at(body_b) / 64] >> (at(body_b) % 64)) & 1U) != 0;
     }
-    /// For each body one bit per body that it may hit, words() 64-bit words per body.
+    /// One bit per pair of bodies that may collide, words() 64-bit words per body.
     [[nodiscard]] const std::vector<std::uint64_t>& collide() const { return collide_; }
     [[nodiscard]] std::size_t words() const { return words_; }
     [[nodiscard]] Index body_of(Index triangle) const { return topology_->body_of_triangle[at(triangle)]; }
     [[nodiscard]] const BodyRange& body(Index number) const { return topology_->bodies[at(number)]; }
 
-    /// reach: m, within which pairs are searched for from now on. It is added around the triangles of one of two
-    /// groups, the one with fewer of them; where there are more groups, half of it around all.
+    /// Sets the query distance (m). It is added around the triangles of one of two groups, the one with fewer of them.
+    /// With more groups, half of it is added around all.
     void set_query_distance(double query_distance);
     [[nodiscard]] double query_distance() const { return query_distance_; }
-    /// m, around the triangles of a group.
+    /// Margin around the triangles of a group, m.
     [[nodiscard]] double around(const Group& group) const { return cells_.around(order_[group.first_body]); }
 
     template <typename Use>
@@ -62,18 +61,18 @@ public:
 
     [[nodiscard]] TriangleCells& cells() { return cells_; }
     [[nodiscard]] const TriangleCells& cells() const { return cells_; }
-    /// False as long as all points coincided or no frame could be read.
+    /// False while all points coincided or no frame could be read.
     [[nodiscard]] bool has_cell() const { return cell_edge_ != 0.0; }
-    /// h: 1.5 × the mean edge of the moving body with the shortest edges (METHODS §12), but not below the mean edge of
-    /// all triangles: a coarse body beside a fine one would spread over too many cells.
+    /// Sets h to 1.5 × the mean edge of the moving body with the shortest edges (METHODS §12). The mean edge of all
+    /// triangles is a lower bound. A coarse body beside a fine one would otherwise cover too many cells.
     void choose_cell(const Frame& frame);
 
-    /// Boxes of all bodies, of both frames where the way counts. False when a number is not finite or the frame does
-    /// not fit the topology.
+    /// Reads the boxes of all bodies, swept: of both frames. False when a number is not finite or the frame does not
+    /// fit the topology.
     bool read_boxes(const Frame& frame);
-    /// Cell ranges of the groups and meeting(); returns the cells of all that is in it.
+    /// Computes the cell ranges of the groups and meeting(); returns the cells that meeting() covers.
     CellRange place_groups();
-    /// Where bodies can meet, judged by their boxes.
+    /// Boxes in which bodies can meet.
     [[nodiscard]] const MeetingBoxes& meeting() const { return meeting_; }
 
 private:
@@ -92,12 +91,12 @@ private:
     std::vector<std::uint64_t> collide_;
     std::size_t words_ = 1;
     std::vector<Extent> boxes_;             ///< per body, m
-    std::vector<BoxOnPath<Extent>> paths_;  ///< per body, where the way counts
-    std::vector<TickPart> parts_;           ///< per body: when it may meet another
-    std::vector<Extent> wide_boxes_;        ///< with what is around their triangles, as triangles' boxes have it
+    std::vector<BoxOnPath<Extent>> paths_;  ///< per body, swept only
+    std::vector<TickPart> parts_;           ///< per body: times at which it may meet another
+    std::vector<Extent> wide_boxes_;        ///< per body, with the margin around its triangles
     MeetingBoxes meeting_;
     double cell_edge_ = 0.0;       ///< m; 0: not chosen yet
-    double query_distance_ = 0.0;  ///< m
+    double query_distance_ = 0.0;  ///< query distance, m
     TriangleCells cells_;
 };
 

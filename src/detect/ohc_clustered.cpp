@@ -1,28 +1,26 @@
-// ohc_clustered: the cascade of ohc for meshes whose topology stays. Most of a tick of ohc goes into asking every
-// triangle where it is; here only vertices are read, in a stream, and triangles are examined where something else is
-// near. Each level holds sixteen of the next, fixed at the start and compact in space (clusters.hpp). A tick is a
-// cascade, each level passing on only what it could not rule out; here is only in which order the levels follow each
-// other, and what the detector can be asked for:
+// ohc_clustered: the cascade of ohc for meshes with fixed topology. ohc spends most of a tick on the place of every
+// triangle. Here only vertices are read, as a stream, and triangles only near other bodies. Each level holds sixteen of
+// the next, compact in space and fixed at the start (clusters.hpp). A tick is a cascade: each level passes on what it
+// could not rule out. This file decides the order of levels and declares the parameters:
 //
-//   blocks     up to 64 vertices, cut where their order jumps: boxes by minimum and maximum in memory order; what did
-//              not move since it was last read is left alone (clustered_bodies.hpp, block_boxes.hpp)       [update]
-//   regions    16 groups: box = union over the blocks they touch. Cell, object and primitive map (cell_map.hpp) with
-//              regions as primitives give the pairs of regions that share a cell, over all bodies at once and each pair
-//              once; the list is made anew only when a region leaves the cells it was entered with
-//              (clustered_regions.hpp)
-//   groups     16 clusters; of regions whose boxes overlap. From here down it is always the same step: a box against
-//              sixteen at a time (clustered_descent.hpp, with the inner loops in cluster_kernels.hpp)
-//   clusters   16 triangles; of groups whose boxes overlap: the group's vertices are taken over in float
-//   triangles  of clusters whose boxes overlap: candidates are pairs of triangles whose boxes overlap (the boxes of
-//              groups, clusters and triangles: clustered_boxes.hpp)
-//   pairs      the exact test (narrow_phase.hpp); with swept=on also what begins on the way (swept.hpp); what is cut
-//              under limits and what is taken over from the tick before (clustered_answer.hpp)             [detect]
+// * blocks [update]: up to 64 vertices, cut where their order jumps. Boxes by minimum and maximum in memory order;
+//   unmoved blocks are skipped (clustered_bodies.hpp, block_boxes.hpp).
+// * regions [boxes: update, pairs: detect]: 16 groups; the box is the union over their blocks. Cell, object and
+//   primitive map (cell_map.hpp) hold regions as primitives and give each pair that shares a cell once, over all
+//   bodies. The list is renewed only when a region leaves its entered cells (clustered_regions.hpp).
+// * groups [detect]: 16 clusters, for regions whose boxes overlap. From here on each step tests a box against sixteen
+//   (clustered_descent.hpp, kernels in cluster_kernels.hpp).
+// * clusters [detect]: 16 triangles, for groups whose boxes overlap. The group's vertices are converted to float.
+// * triangles [detect]: for clusters whose boxes overlap. Candidates are pairs of triangles whose boxes overlap
+//   (clustered_boxes.hpp has the boxes of groups, clusters and triangles).
+// * pairs [detect]: the exact test (narrow_phase.hpp), with swept=on also the continuous one (swept.hpp). Limits and
+//   reuse of the last tick's pairs are in clustered_answer.hpp.
 //
-// Nothing is lost on the way: each box encloses what it stands for, cell numbers (lattice.hpp) and floats
-// (cluster_kernels.hpp) are monotone functions of coordinates, so that what overlaps keeps overlapping. Pairs of groups
-// of which neither moved are not examined: their triangle pairs are those of the tick before. Within a reach the box
-// that asks has it on all sides, the boxes themselves know of none, and an answer is taken over while the query
-// distance stays. With swept=on every box holds both ends of the tick, and all of it is made anew in every tick.
+// No pair is lost: each box encloses its content. Cell numbers (lattice.hpp) and floats (cluster_kernels.hpp) are
+// monotone functions of coordinates, so overlapping boxes stay overlapping. Pairs of two unmoved groups are not
+// examined: their triangle pairs are those of the last tick. The query distance is added to one box of each pair on all
+// sides, and the last answer is reused while it stays the same. With swept=on every box holds both ends of the tick,
+// and everything is renewed in every tick.
 #include <memory>
 #include <string>
 #include <utility>
@@ -115,7 +113,7 @@ public:
     }
 
 private:
-    /// Before the first tick, or the first that can be answered.
+    /// Runs before the first tick, or before the first valid one.
     void build(const Frame& frame) {
         bodies_.build(frame);
         regions_.build();
@@ -127,8 +125,8 @@ private:
         known_ = read(frame, true);
     }
 
-    /// The level of update: boxes of all blocks and regions that moved, and the cells of those regions; false when a
-    /// number is not finite.
+    /// Level of update: boxes of all blocks and regions that moved, and the cells of those regions. False when a number
+    /// is not finite.
     bool read(const Frame& frame, bool whole) {
         ++clock_.now;
         if (!bodies_.read(frame, whole)) return false;
@@ -136,7 +134,7 @@ private:
         return true;
     }
 
-    /// The levels of detect above the triangles' test; each may end the tick.
+    /// Levels of detect above the triangle test; each may end the tick.
     void find_candidates(const Frame& frame) {
         regions_.find_pairs();
         if (!work_.truncated) regions_.find_meetings();
@@ -159,8 +157,8 @@ private:
     ClusteredDescent descent_{settings_, regions_, boxes_, clock_, work_};
     ClusteredAnswer answer_;
     bool ready_ = false;       ///< clusters are built
-    bool known_ = false;       ///< block boxes are those of the last frame
-    bool answerable_ = false;  ///< the last update's frame was
+    bool known_ = false;       ///< block boxes are up to date with the last frame
+    bool answerable_ = false;  ///< the last update's frame was valid
 };
 
 }  // namespace

@@ -1,5 +1,5 @@
-// ohc under limits (`max_pairs`, `work_budget`): in which order pairs are tested until the pairs or the work run out.
-// Which pairs there are is the cascade's business.
+// Test order of ohc under limits (`max_pairs`, `work_budget`), until the pairs or the work run out. The cascade finds
+// the pairs.
 #pragma once
 
 #include <vector>
@@ -16,10 +16,9 @@ public:
     OhcLimits(const OhcSettings& settings, const OhcBodies& bodies, OhcMaps& maps, OhcWork& work)
         : settings_(settings), bodies_(bodies), maps_(maps), work_(work) {}
 
-    /// Forgets everything.
     void prepare();
-    /// The pairs of the tick before are tested first, then whatever the cascade brings, what concerns an instrument
-    /// first, since that is felt at once. `candidates` is scratch.
+    /// Tests the last tick's pairs first, then the cascade's candidates. Pairs with an instrument come first, since the
+    /// user feels them at once. `candidates` is scratch.
     void detect(const Frame& frame, OhcCandidates& candidates, ContactSet& contacts);
 
 private:
@@ -29,7 +28,7 @@ private:
     OhcWork& work_;
     std::vector<TrianglePair> last_pairs_;  ///< of the last answer, sorted
     std::vector<TrianglePair> last_near_;   ///< sorted
-    std::vector<TrianglePair> tested_;      ///< sorted, what was tested this tick
+    std::vector<TrianglePair> tested_;      ///< sorted pairs tested in this tick
 };
 
 }  // namespace trocar

@@ -2,7 +2,7 @@
 
 namespace trocar {
 
-/// A Member as others are held against it in one cell.
+/// A Member prepared for comparison with others in one cell.
 struct OhcMaps::Question {
     std::array<Two, 3> ends;  ///< high x y z, then −low x y z, m
     Cell first;
@@ -16,7 +16,7 @@ struct OhcMaps::Question {
     [[nodiscard]] Answer overlap(const Member& q) const {
         return (q.ends[0] <= ends[0]) & (q.ends[1] <= ends[1]) & (q.ends[2] <= ends[2]);
     }
-    /// Whether this is the one cell in which the two count: its numbers are the larger of both lowest numbers.
+    /// Whether this is the one cell in which the pair counts: per axis the larger of both lowest numbers.
     [[nodiscard]] Answer counts(const Member& q) const {
         return reinterpret_cast<Answer>((cell_max(first, q.first) == cell) | Cell{0, 0, 0, -1});
     }
@@ -66,7 +66,7 @@ void OhcMaps::meet(const std::array<std::int32_t, 3>& cell, std::span<const Inde
             }
             continue;
         }
-        // Without branches: which boxes overlap, and in which cell a pair counts, is unpredictable.
+        // Without branches, since overlap and counting cell are unpredictable.
         std::size_t count = found.once.size();
         found.once.resize(count + second.size());
         for (const Index j : second) {

@@ -1,13 +1,12 @@
-// Third level of ohc's cascade, the thesis' three maps: the triangles in shared cells are hashed, and those of two
-// bodies that share a live cell become candidates where their boxes overlap. The maps' storage is in cell_map.hpp; here
-// is what is put in and which pairs come out, each once. No triangle test is made here.
+// Third level of ohc's cascade, the thesis' three maps. Triangles in shared cells are hashed. Those of two bodies in a
+// live cell become candidates where their boxes overlap. cell_map.hpp stores the maps. No triangle test is made here.
 //
-//   cell map       a cell with two bodies that may collide is live
-//   object map     the bodies in each live cell
-//   primitive map  their triangles in each live cell
-//   boxes          the pair counts in one cell only, the one whose numbers are the larger of the two triangles' lowest
-//                  numbers, so that no pair comes twice. Triangles in pieces (triangle_cells.hpp) come repeatedly,
-//                  which a sort undoes; huge ones meet every triangle in that plain way
+// * cell map: a cell with two bodies that may collide is live.
+// * object map: the bodies in each live cell.
+// * primitive map: their triangles in each live cell.
+// * boxes: a pair counts in one cell only, per axis the larger of the two triangles' lowest cell numbers. Triangles in
+//   pieces (triangle_cells.hpp) come repeatedly and a sort removes duplicates. Huge ones are paired with every
+//   triangle.
 #pragma once
 
 #include <algorithm>
@@ -24,10 +23,10 @@
 
 namespace trocar {
 
-/// Pairs whose boxes overlap, of which one or both have the reach around them.
+/// Pairs whose boxes overlap; one or both boxes include the query distance.
 struct OhcCandidates {
     std::vector<TrianglePair> once;      ///< each pair once
-    std::vector<TrianglePair> repeated;  ///< pairs of triangles in pieces or huge ones, any number of times
+    std::vector<TrianglePair> repeated;  ///< pairs of cut or huge triangles, any number of times
 
     void reserve(std::size_t room) {
         once.reserve(room);
@@ -37,7 +36,7 @@ struct OhcCandidates {
         once.clear();
         repeated.clear();
     }
-    /// Moves all to `once`, each once.
+    /// Moves all to `once` without duplicates.
     void settle() {
         std::sort(repeated.begin(), repeated.end());
         repeated.erase(std::unique(repeated.begin(), repeated.end()), repeated.end());
@@ -57,16 +56,16 @@ public:
     OhcMaps(const OhcBodies& bodies, const OhcOccupancy& occupancy, OhcWork& work)
         : bodies_(bodies), occupancy_(occupancy), work_(work) {}
 
-    /// Room for `room` triangles; more than this grows as it comes.
+    /// Reserves room for `room` triangles; more are allocated on demand.
     void prepare(const OhcSettings& settings, std::size_t room);
 
-    /// Fills the maps with what the occupancy found.
+    /// Fills the maps with the occupancy's primitives.
     void hash(const Frame& frame);
 
     static bool any_bodies(Index /*a*/, Index /*b*/) { return true; }
 
-    /// Adds the candidates of the bodies that are wanted(a, b), huge ones aside. `after_meeting` is asked after the
-    /// triangles of two bodies in one cell; false ends the search.
+    /// Adds the candidates of bodies with wanted(a, b), except huge triangles. `after_meeting` is called after each two
+    /// bodies in one cell; false ends the search.
     template <typename Wanted, typename AfterMeeting>
     void gather(const Wanted& wanted, const AfterMeeting& after_meeting, OhcCandidates& found) const {
         const std::vector<Primitive>& primitives = occupancy_.primitives();
@@ -81,7 +80,7 @@ public:
             });
     }
 
-    /// Triangles too large for the lattice against every triangle of every body they may hit.
+    /// Pairs triangles too large for the lattice with every triangle of every body they may hit.
     template <typename Wanted>
     void gather_huge(const Frame& frame, const Wanted& wanted, OhcCandidates& found) const {
         const TriangleCells& cells = bodies_.cells();
@@ -99,11 +98,11 @@ public:
     }
 
 private:
-    /// What the primitive map needs of a triangle, in one cache line. Boxes overlap when each of one's lows is at most
-    /// the other's high; with highs negated that is one comparison of six numbers with six.
+    /// A triangle in the primitive map, one cache line. Boxes overlap when each low of one is at most the other's high.
+    /// With highs negated this is one comparison of six numbers with six.
     struct alignas(64) Member {
         std::array<Two, 3> ends;  ///< low x y z, then −high x y z, m
-        Cell first;               ///< lowest cell numbers; the fourth is the triangle's number
+        Cell first;               ///< lowest cell numbers; the fourth entry is the triangle's number
 
         static Member of(const Primitive& p) {
             return {{Two{p.low[0], p.low[1]}, Two{p.low[2], -p.high[0]}, Two{-p.high[1], -p.high[2]}},
@@ -113,7 +112,7 @@ private:
     };
     struct Question;
 
-    /// The triangles of two bodies in one cell.
+    /// Adds the candidates of two bodies in one cell.
     void meet(const std::array<std::int32_t, 3>& cell, std::span<const Index> first, std::span<const Index> second,
               OhcCandidates& found) const;
 
@@ -121,7 +120,7 @@ private:
     const OhcOccupancy& occupancy_;
     OhcWork& work_;
     CellMap map_;
-    std::vector<Member> members_;  ///< numbers of the primitives
+    std::vector<Member> members_;  ///< per primitive
     bool any_cut_ = false;
 };
 

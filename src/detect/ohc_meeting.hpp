@@ -1,6 +1,5 @@
-// Where bodies can meet at all: the parts of a body's box that it has in common with the boxes of those it may hit.
-// What lies outside all of them is in no pair, which six comparisons report a triangle, far more sharply than cells
-// do.
+// Regions where bodies can meet: intersections of a body's box with the boxes of those it may hit. A triangle outside
+// all of them is in no pair. The test takes six comparisons and is far sharper than cells.
 #pragma once
 
 #include <algorithm>
@@ -24,8 +23,8 @@ public:
         sorted_.reserve(bodies);
     }
 
-    /// For bodies among `bodies`; `boxes` are those of all, m, and hold every box asked about later. may_hit(a, b)
-    /// says which pairs count. The boxes are swept along x, so that few pairs are examined.
+    /// Computes the regions of `bodies`. `boxes` (m) holds those of all bodies and covers every box queried later.
+    /// may_hit(a, b) selects the pairs. A sweep along x limits the pairs examined.
     template <typename MayHit>
     void find(std::span<const Index> bodies, std::span<const Extent> boxes, const MayHit& may_hit) {
         sorted_.assign(bodies.begin(), bodies.end());
@@ -51,7 +50,7 @@ public:
     [[nodiscard]] std::span<const Extent> of(Index body) const {
         return {parts_[at(body)].box.data(), parts_[at(body)].count};
     }
-    /// False for a triangle that no other body can reach.
+    /// False for a triangle that meets no other body.
     [[nodiscard]] bool may_meet(const Primitive& p) const {
         unsigned meets = 0;
         for (const Extent& part : of(p.body)) {
@@ -66,12 +65,12 @@ public:
     }
 
 private:
-    static constexpr std::size_t most = box_sides::most;  ///< a triangle is held against all of them
+    static constexpr std::size_t most = box_sides::most;  ///< limit, since a triangle is tested against all of them
     struct Parts {
         std::array<Extent, most> box;
         std::size_t count = 0;
 
-        /// Where there is no room, the box that grows least takes it in.
+        /// Without room, merges `part` into the box that grows least.
         void add(const Extent& part) {
             if (count < most) {
                 box[count++] = part;

@@ -33,7 +33,7 @@ void OhcOccupancy::find(const Frame& frame, const CellRange& meeting) {
     find_shared(frame);
 }
 
-/// Fills primitives_ with the triangles near cells that two groups may share, and huge_.
+/// Fills huge_, and primitives_ with the triangles near cells that two groups may share.
 void OhcOccupancy::find_near(const Frame& frame, const CellRange& meeting) {
     const std::vector<Group>& groups = bodies_.groups();
     const std::size_t last = groups.size() - 1;
@@ -56,13 +56,13 @@ void OhcOccupancy::find_near(const Frame& frame, const CellRange& meeting) {
     }
 }
 
-/// All vertices of the group, and those of its triangles that query distance further than one cell from them and may
-/// meet others.
+/// Enters all vertices of the group, and those triangles that may meet others and extend more than one cell from their
+/// vertices.
 void OhcOccupancy::put_in_field(const Frame& frame, const Group& group) {
     const TriangleCells& cells = bodies_.cells();
     found_.clear();
     bodies_.for_each_body(group, [&](const BodyRange& body) {
-        if (!bodies_.meeting().any(bodies_.body_of(body.triangles.first))) return;  // meets nobody
+        if (!bodies_.meeting().any(bodies_.body_of(body.triangles.first))) return;  // meets no other body
         if (!work_.spend(work_.counters.cells_visited, body.triangles.count)) return;
         if (!plain_) {
             add_all(body.triangles);
@@ -84,15 +84,15 @@ void OhcOccupancy::put_in_field(const Frame& frame, const Group& group) {
     near_.merge(group.range, plain_ ? spread_of(group) : 0);
 }
 
-/// The group's triangles that cannot be ruled out by a examine their vertices, that query distance where others are,
-/// and of which `is_shared` reports that one of their cells is shared.
+/// Appends the group's triangles that their vertices do not rule out, that may meet another body, and that have a cell
+/// with `is_shared`.
 template <typename IsShared>
 void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared& is_shared) {
     const TriangleCells& cells = bodies_.cells();
     found_.clear();
     const bool last = group + 1 == bodies_.groups().size();
     bodies_.for_each_body(bodies_.groups()[group], [&](const BodyRange& body) {
-        if (!bodies_.meeting().any(bodies_.body_of(body.triangles.first))) return;  // meets nobody
+        if (!bodies_.meeting().any(bodies_.body_of(body.triangles.first))) return;  // meets no other body
         if (!work_.spend(work_.counters.cells_visited, body.triangles.count)) return;
         if (!plain_) {
             add_all(body.triangles);
@@ -102,12 +102,12 @@ void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared
         near_.mark(body.vertices);
         const std::size_t before = found_.size();
         near_.collect(bodies_.topology().triangles.data(), body.triangles, found_);
-        // Where marks rule out little, a examine the corners costs less than a box.
+        // Where marks rule out little, a test of the corners costs less than a box.
         if (4 * (found_.size() - before) > static_cast<std::size_t>(body.triangles.count)) {
             keep_meeting(frame, body, before);
         }
     });
-    // First all boxes, then the questions that nobody can predict the answer of: so the reads do not wait for them.
+    // All boxes first, then the unpredictable branches, so that memory reads do not wait for them.
     const std::size_t first = primitives_.size();
     std::size_t kept = first;
     if (!work_.spend(work_.counters.box_tests, static_cast<std::int64_t>(found_.size()))) found_.clear();
@@ -126,19 +126,19 @@ void OhcOccupancy::collect(const Frame& frame, std::size_t group, const IsShared
             ++work_.counters.cells_visited;
             shared = is_shared(range) || shared;
         });
-        if (!placed) huge_.push_back(primitive.triangle);  // a coarse cell may hold all of a huge one
+        if (!placed) huge_.push_back(primitive.triangle);  // a coarse cell may hold all of a huge triangle
         if (shared) primitives_[kept++] = primitive;
     }
     primitives_.resize(kept);
     runs_[group] = {first, kept};
 }
 
-/// Of found_ from `first` on, triangles of `body`, those that may meet others.
+/// Removes from found_, from `first` on, the triangles of `body` that cannot meet others.
 void OhcOccupancy::keep_meeting(const Frame& frame, const BodyRange& body, std::size_t first) {
     if (!work_.spend(work_.counters.box_tests, static_cast<std::int64_t>(found_.size() - first))) return;
     const auto vertex = static_cast<std::size_t>(body.vertices.first);
     const Index number = bodies_.body_of(body.triangles.first);
-    // What is around triangles is put around the parts instead, and a little more than subtracting it there can round.
+    // The margin is added to the parts instead of the triangles, with more than the rounding of a subtraction.
     std::array<Extent, box_sides::most> parts;
     const std::span<const Extent> exact = bodies_.meeting().of(number);
     const double around = bodies_.cells().around(number);
@@ -162,7 +162,7 @@ void OhcOccupancy::keep_meeting(const Frame& frame, const BodyRange& body, std::
     found_.resize(kept);
 }
 
-/// The same question again for the triangles left, with the cells that they really cover.
+/// Repeats the test for the remaining triangles, with their exact cells.
 void OhcOccupancy::find_shared(const Frame& frame) {
     const TriangleCells& cells = bodies_.cells();
     const CellRange range = near_.shared_range();

@@ -1,6 +1,6 @@
-// Second level of ohc's cascade: which triangles lie in cells that two groups of bodies share. Asked twice with one bit
-// per cell: of the vertices, where nearly all triangles end, and of the cells that the triangles left really cover.
-// Here is which body is put where in which order; the bits themselves are in occupancy.hpp. Nothing is hashed here.
+// Second level of ohc's cascade: triangles in cells that two groups of bodies share. Two passes with one bit per cell:
+// first over vertices, which rules out nearly all triangles, then over the exact cells of the remaining triangles. This
+// file decides the order of bodies; occupancy.hpp holds the bits. Nothing is hashed here.
 #pragma once
 
 #include <cstdint>
@@ -17,20 +17,20 @@ class OhcOccupancy {
 public:
     OhcOccupancy(const OhcBodies& bodies, OhcWork& work) : bodies_(bodies), work_(work) {}
 
-    /// Room for `room` triangles; more than this grows as it comes.
+    /// Reserves room for `room` triangles; more are allocated on demand.
     void prepare(std::size_t room);
-    /// No triangle lies anywhere.
+    /// Removes all triangles.
     void clear();
-    /// Finds the triangles of the groups in shared cells. Precondition: place_groups reported `meeting`, not empty.
+    /// Finds the groups' triangles in shared cells. Precondition: `meeting` is the result of place_groups, not empty.
     void find(const Frame& frame, const CellRange& meeting);
 
     /// Triangles that share a cell, each once.
     [[nodiscard]] const std::vector<Primitive>& primitives() const { return primitives_; }
-    /// Triangles too large for the lattice, sorted: to be tested against everything.
+    /// Triangles too large for the lattice, sorted; they are tested against everything.
     [[nodiscard]] const std::vector<Index>& huge() const { return huge_; }
-    /// How often for_each_shared_cell will call at most, over all primitives.
+    /// Upper bound on the calls of for_each_shared_cell over all primitives.
     [[nodiscard]] std::size_t entries() const { return entries_; }
-    /// Calls use(cell) for the shared cells of a primitive; several times for a cell that several pieces of it cover.
+    /// Calls use(cell) for the shared cells of a primitive; repeatedly for a cell that several of its pieces cover.
     template <typename Use>
     void for_each_shared_cell(const Frame& frame, const Primitive& primitive, const Use& use) const {
         bodies_.cells().for_each_range(frame, primitive,
@@ -46,7 +46,7 @@ private:
     };
 
     void find_near(const Frame& frame, const CellRange& meeting);
-    /// By how many cells the vertices of a group are spread.
+    /// Cells by which the vertices of a group are dilated.
     [[nodiscard]] int spread_of(const Group& group) const { return near_.spread_for(bodies_.around(group)); }
     void find_shared(const Frame& frame);
     void put_in_field(const Frame& frame, const Group& group);
@@ -61,10 +61,10 @@ private:
     OhcWork& work_;
     OccupancyKernels kernels_ = occupancy_kernels().front();
     Occupancy near_;                    ///< where groups may meet, judged by vertices
-    Occupancy shared_;                  ///< where they do, judged by triangles
-    bool plain_ = true;                 ///< a examine vertices reports enough in this tick
-    std::vector<Index> found_;          ///< triangles that a examine their vertices did not rule out
-    std::vector<std::uint32_t> sides_;  ///< per vertex, as in box_sides; of the body at hand
+    Occupancy shared_;                  ///< where groups meet, judged by triangles
+    bool plain_ = true;                 ///< the pass over vertices suffices in this tick
+    std::vector<Index> found_;          ///< triangles that their vertices did not rule out
+    std::vector<std::uint32_t> sides_;  ///< per vertex of the current body, as in box_sides
     std::vector<Index> huge_;
     std::vector<Primitive> primitives_;
     std::vector<Run> runs_;  ///< per group

@@ -1,5 +1,4 @@
-// What the parts of ohc share: the detector's settings and the book of a tick's work, which also says when the budget
-// is spent. Nothing is computed here.
+// Data shared by the parts of ohc: settings, and the work counters of a tick with the budget.
 #pragma once
 
 #include <cstdint>
@@ -21,15 +20,15 @@ struct OhcSettings : SharedSettings {
 
 struct OhcWork {
     WorkCounters counters;
-    bool truncated = false;  ///< something was left out for want of budget or pairs
+    bool truncated = false;  ///< the answer is incomplete for lack of budget or pairs
     std::int64_t budget = SharedSettings::no_limit;
 
-    /// Empties the book for a tick.
+    /// Resets for a tick.
     void start() {
         counters = {};
         truncated = false;
     }
-    /// Adds `amount` to one of the counters; false, and the answer is marked as cut, when that would exceed the budget.
+    /// Adds `amount` to a counter. False, with truncated set, when that would exceed the budget.
     bool spend(std::int64_t& counter, std::int64_t amount) {
         if (amount > budget - counters.work()) {
             truncated = true;
@@ -38,7 +37,7 @@ struct OhcWork {
         counter += amount;
         return true;
     }
-    /// Under a budget: whether one more range of cells can be examined.
+    /// Whether the budget allows one more range of cells.
     bool afford(const CellRange& range) {
         if (budget == SharedSettings::no_limit) return true;
         if (range.cell_count() <= static_cast<double>(budget - counters.work())) return !truncated;

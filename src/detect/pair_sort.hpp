@@ -1,5 +1,5 @@
-// Sorts a tick's pairs by (a, b). Triangle numbers differ in a few bytes only, so that a few counting passes do it
-// faster than comparing, and in a time that does not depend on the order in which a cascade finds them.
+// Radix sort of a tick's pairs by (a, b). Triangle numbers differ in few bytes, so a few counting passes are faster
+// than comparison. The time does not depend on the input order.
 #pragma once
 
 #include <algorithm>
@@ -11,8 +11,8 @@
 
 namespace trocar {
 
-/// Precondition: triangle numbers are not negative. `scratch` is kept by the caller, so that nothing is allocated in a
-/// tick after warm-up.
+/// Precondition: triangle numbers are not negative. The caller keeps `scratch`, so that no tick allocates after
+/// warm-up.
 inline void sort_pairs(std::vector<TrianglePair>& pairs, std::vector<TrianglePair>& scratch) {
     constexpr std::size_t few = 48;
     if (pairs.size() < few) {

@@ -1,4 +1,4 @@
-// Settings that our detectors have alike: declared once, so that one name has one meaning and one range, and read once.
+// Parameters common to the project's detectors, declared and read in one place.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace trocar {
 
-/// Which triangle test decides the candidates (narrow_phase.hpp).
+/// Choice of the triangle test (narrow_phase.hpp).
 inline Parameter test_parameter() {
     return {.name = "test",
             .type = Parameter::Type::choice,
@@ -52,7 +52,7 @@ inline Parameter swept_parameter() {
         .meaning = "also report the pairs that begin to touch between two frames and when; never part of the pairs"};
 }
 
-/// What these parameters were set to.
+/// Values of these parameters.
 struct SharedSettings {
     static constexpr std::int64_t no_limit = std::numeric_limits<std::int64_t>::max();
 
@@ -62,7 +62,6 @@ struct SharedSettings {
     std::int64_t work_budget = no_limit;
 
     [[nodiscard]] bool limited() const { return max_pairs != no_limit || work_budget != no_limit; }
-    /// Takes over the values of all four parameters.
     void take(const ParameterValues& values) {
         test = triangle_test_from(values.text("test"));
         swept = values.is("swept", "on");

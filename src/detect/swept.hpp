@@ -1,6 +1,5 @@
-// What happens between two frames: which of the candidates begin to touch on the way, by the exact continuous test.
-// Kept apart from the cascades so that all of our detectors answer alike; they only have to find candidates in the
-// boxes of both frames united (METHODS §2.3).
+// Contacts that begin between two frames, by the exact continuous test. All of the project's detectors share it; they
+// only find candidates in the united boxes of both frames (METHODS §2.3).
 #pragma once
 
 #include <span>
@@ -11,23 +10,22 @@
 
 namespace trocar {
 
-/// True when a vertex of the two triangles moved since the frame before: standing still, nothing begins.
+/// True when a vertex of the two triangles moved since the frame before; without motion no contact begins.
 bool either_moved(const Topology& topology, const Frame& frame, const TrianglePair& pair);
 
-/// False when the boxes of the two triangles, on their way from frame.previous to frame.position, never come within
-/// `query_distance` (m) at the same time: then they do so neither on the way nor at its ends. Precondition: both frames
-/// are finite.
+/// False when the moving boxes of the two triangles, from frame.previous to frame.position, are never within
+/// `query_distance` (m) at the same time, ends included. Precondition: both frames are finite.
 bool may_meet_on_path(const Topology& topology, const Frame& frame, const TrianglePair& pair, double query_distance);
 
-/// Appends those of `candidates` (a < b) that do not intersect at frame.previous and meet on the way to frame.position,
-/// in the same order. Precondition: both are finite.
+/// Appends those of `candidates` (a < b) that do not intersect at frame.previous and meet before frame.position, in the
+/// same order. Precondition: both frames are finite.
 void test_swept(const Topology& topology, const Frame& frame, std::span<const TrianglePair> candidates,
                 std::vector<SweptContact>& swept);
 
-/// True when the frame before is known and finite; otherwise nothing can be reported about the way.
+/// True when the frame before is given and finite, as the swept test needs.
 bool has_path(const Topology& topology, const Frame& frame);
 
-/// Puts a list in the order that ContactSet::swept asks for.
+/// Sorts in the order that ContactSet::swept requires.
 void sort_swept(std::vector<SweptContact>& swept);
 
 }  // namespace trocar

@@ -1,6 +1,6 @@
-// When two things on straight ways can meet at all: at any time of a tick each lies in the box that goes linearly from
-// its box at the start to its box at the end. A tool that jumps is then examined where it passes something, not in the
-// whole box around its way.
+// Times at which two linearly moving things can meet. At any time of a tick each lies in the linear interpolation of
+// its boxes at start and end. A fast tool is then examined only where it passes something, not in the box of its whole
+// path.
 #pragma once
 
 #include <algorithm>
@@ -17,8 +17,8 @@ struct TickPart {
 
     [[nodiscard]] bool empty() const { return !(first <= last); }
 
-    /// Leaves the times at which a number that goes linearly from `start` to `end` is not negative, and a little more
-    /// for rounding; all of them where it is not known (NaN, or too large for a difference).
+    /// Keeps the times at which a number that goes linearly from `start` to `end` is not negative, with a margin for
+    /// rounding. Keeps all times where that is unknown (NaN, or too large for a difference).
     void keep_not_negative(double start, double end) {
         if (!(start < 0.0) && !(end < 0.0)) return;
         if (start < 0.0 && end < 0.0) {
@@ -27,7 +27,7 @@ struct TickPart {
         }
         const double change = start - end;
         if (!(std::abs(change) < std::numeric_limits<double>::infinity())) return;
-        constexpr double rounding = 0x1p-50;  // of one subtraction and one division, and more
+        constexpr double rounding = 0x1p-50;  // error of one subtraction and one division, with margin
         const double zero = start / change;
         if (start < 0.0) {
             first = std::max(first, zero - rounding);
@@ -44,8 +44,7 @@ struct BoxOnPath {
     Box end;
 };
 
-/// Times at which `p` and `q` may overlap. `relative`, `absolute`: how far the boxes' numbers may be from those they
-/// stand for, at most.
+/// Times at which `p` and `q` may overlap. `relative`, `absolute`: error bounds of the boxes' numbers.
 template <typename Box>
 TickPart part_of_meeting(const BoxOnPath<Box>& p, const BoxOnPath<Box>& q, double relative = 0.0,
                          double absolute = 0.0) {

@@ -1,5 +1,5 @@
-// Where a triangle lies: its box and the cells it covers, the same for every part of ohc. Large triangles are cut into
-// pieces for that, since most cells of their boxes do not hold them.
+// Box and cells of a triangle, shared by all parts of ohc. Large triangles are cut into pieces, since they miss most
+// cells of their boxes.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct Primitive {
 };
 
 inline bool boxes_overlap(const Primitive& p, const Primitive& q) {
-    // Without branches: which axis separates is unpredictable.
+    // Without branches, since the separating axis is unpredictable.
     unsigned overlap = 1;
     for (std::size_t k = 0; k < 3; ++k) {
         overlap &= static_cast<unsigned>(p.low[k] <= q.high[k]) & static_cast<unsigned>(q.low[k] <= p.high[k]);
@@ -41,24 +41,24 @@ public:
     static constexpr double most_cells = 343.0;    ///< a triangle that covers more is cut into pieces
     static constexpr double most_pieces = 4096.0;  ///< a triangle that needs more is tested against everything
 
-    /// margin: m, added around every triangle.
+    /// `margin`: added around every triangle, m.
     void prepare(const Topology& topology, double margin) {
         topology_ = &topology;
         margin_ = margin;
         around_.assign(topology.bodies.size(), margin);
     }
-    /// Adds `growth` (m, >= 0) to the margin of a body's triangles.
+    /// Sets the margin of a body's triangles to the common one plus `growth` (m, >= 0).
     void grow(Index body, double growth) { around_[static_cast<std::size_t>(body)] = margin_ + growth; }
-    /// m, added around a body's triangles.
+    /// Margin around a body's triangles, m.
     [[nodiscard]] double around(Index body) const { return around_[static_cast<std::size_t>(body)]; }
-    /// way: triangles stand for all places between the frame before and this one, large ones for those within the part
-    /// of the tick that counts for their body (in `parts`, which stays there).
+    /// `path`: triangles cover all places between the frame before and this one. Large ones cover only their body's
+    /// part of the tick; `parts` must outlive its use.
     void set_path(bool path, std::span<const TickPart> parts = {}) {
         path_ = path;
         parts_ = parts;
     }
     [[nodiscard]] bool path() const { return path_; }
-    /// A vertex stands for its position, with nothing around it but what its body was grown by.
+    /// A vertex stands for its position, with no margin except its body's growth.
     [[nodiscard]] bool plain() const { return margin_ == 0.0 && !path_; }
     [[nodiscard]] Lattice& lattice() { return lattice_; }
     [[nodiscard]] const Lattice& lattice() const { return lattice_; }
@@ -98,8 +98,8 @@ public:
         return p;
     }
 
-    /// Calls use(range) once for an ordinary triangle, once per piece for a large one, and not at all for one that is
-    /// better tested against everything. Returns false for that one.
+    /// Calls use(range) once for an ordinary triangle and once per piece for a large one. Returns false, without a
+    /// call, for one that is cheaper to test against everything.
     template <typename Use>
     bool for_each_range(const Frame& frame, const Primitive& p, const Use& use) const {
         if (!p.cut) {
@@ -107,7 +107,7 @@ public:
             return true;
         }
         const Cut cut = cut_of(frame, p);
-        // No cut makes smaller what was grown by many cells.
+        // Cutting does not help when the margin spans many cells.
         const double across = 3.0 + 2.0 * around(p.body) / lattice_.edge();  // cells of a piece along an axis
         if (cut.pieces() > std::min(most_pieces, 0.05 * topology_->triangle_count() + 16.0) ||
             across * across * across > 4.0 * most_cells) {
@@ -123,12 +123,12 @@ private:
         std::memcpy(&result, xy, sizeof result);
         return result;
     }
-    /// How a large triangle is cut: `slabs` across its two long edges, each into `columns` along the third.
+    /// Cut of a large triangle: `slabs` across its two long edges, each into `columns` along the third.
     struct Cut {
         int apex = 0;  ///< corner between the two long edges
         double slabs = 1.0;
         double columns = 1.0;
-        double steps = 1.0;  ///< parts of the way from the frame before, as far as it counts
+        double steps = 1.0;  ///< parts of the motion from the frame before, within the body's part of the tick
         [[nodiscard]] double pieces() const { return slabs * columns * steps; }
     };
     [[nodiscard]] TickPart part_of(Index body) const {
@@ -178,11 +178,11 @@ private:
         };
         const CutTriangle here = corners_in(frame.position);
         const CutTriangle before = path_ ? corners_in(frame.previous) : here;
-        // The corners of a piece are rounded; a pad of some units in the last place keeps the pieces without gaps.
+        // The corners of a piece are rounded; a pad of some units in the last place prevents gaps between pieces.
         const double pad =
             around(p.body) + 16.0 * std::numeric_limits<double>::epsilon() * std::max(here.size(), before.size());
         const Vector3 padding = Vector3::Constant(pad);
-        // Counts are small here: a triangle with many pieces does not come this way.
+        // The casts are safe: triangles with many pieces were returned as huge.
         const int slabs = static_cast<int>(cut.slabs);
         const int steps = static_cast<int>(cut.steps);
         const TickPart counts = part_of(p.body);
@@ -190,7 +190,7 @@ private:
             // A slab nearer to the apex is narrower and needs fewer columns.
             const int columns = std::max(1, static_cast<int>(std::ceil(cut.columns * (i + 1) / slabs)));
             for (int j = 0; j < columns; ++j) {
-                std::array<Vector3, 4> start;  // corners of the piece at the frame before, and the way to here
+                std::array<Vector3, 4> start;  // corners of the piece at the frame before, and their displacements
                 std::array<Vector3, 4> path;
                 for (std::size_t k = 0; k < 4; ++k) {
                     const double s = static_cast<double>(i + static_cast<int>(k / 2)) / slabs;
@@ -204,7 +204,7 @@ private:
                         const double part = counts.first + (counts.last - counts.first) * end / steps;
                         for (std::size_t k = 0; k < 4; ++k) box.add(start[k] + part * path[k]);
                     }
-                    // No point of the triangle lies outside the cells between its corners'.
+                    // The triangle lies within the cells between its corners'.
                     use(CellRange{cell_max(p.range.low, lattice_.cell(box.min - padding)),
                                   cell_min(p.range.high, lattice_.cell(box.max + padding))});
                 }

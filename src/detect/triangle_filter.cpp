@@ -1,29 +1,33 @@
 // Compiled once per instruction set by Highway, which includes this file again for each of them.
 //
-// Two closed triangles meet if and only if an edge of one of them meets the other triangle (any corner of the
-// intersection lies on an edge of one and in the other; this holds for coplanar and degenerate triangles too). For an
-// edge and a triangle, orientation signs report
-//   meets     the edge's ends lie strictly on different sides of the triangle's plane, and the edge's line passes the
-//             triangle's three directed edges strictly on the same side;
-//   does not  the ends lie strictly on one side, or the line passes two of the three edges strictly on different sides.
-// Signs that are not certain decide nothing. That makes 6 sides of planes and 9 of edges, and all 15 determinants are
-// sums of ten triple products of u1 v1 u2 v2 w (triangle_filter.hpp), with n1 = u1 × v1, n2 = u2 × v2:
-//   sides of q0 q1 q2 of the first plane    n1·(−w), n1·(u2 − w), n1·(v2 − w)
-//   sides of p0 p1 p2 of the second plane   n2·w, n2·(u1 + w), n2·(v1 + w)
-//   edge d at x against edge g at y         det[d, g, y − x], with det[a, b, w] for a in {u1, v1}, b in {u2, v2}
+// Two closed triangles meet if and only if an edge of one of them meets the other triangle. Any corner of the
+// intersection lies on an edge of one and in the other, also for coplanar and degenerate triangles. Orientation signs
+// decide an edge and a triangle:
+//
+// * meets: the edge's ends lie strictly on different sides of the plane, and its line passes the triangle's directed
+//   edges strictly on the same side.
+// * does not meet: the ends lie strictly on one side, or the line passes two edges strictly on different sides.
+//
+// Uncertain signs decide nothing. The signs are 6 sides of planes and 9 of edges. All 15 determinants are sums of ten
+// triple products of u1 v1 u2 v2 w (triangle_filter.hpp), with n1 = u1 × v1, n2 = u2 × v2:
+//
+// * sides of q0 q1 q2 of the first plane: n1·(−w), n1·(u2 − w), n1·(v2 − w)
+// * sides of p0 p1 p2 of the second plane: n2·w, n2·(u1 + w), n2·(v1 + w)
+// * edge d at x against edge g at y: det[d, g, y − x]. Its terms: det[a, b, w], a in {u1, v1}, b in {u2, v2}
 //
 // Error bound. Let E1, E2, m be the largest magnitudes in u1 v1, in u2 v2 and in w, and e = 2^-24. A triple product has
-// six products of three factors, together at most 6ABC for factors within A, B, C. Relative to that sum of magnitudes:
-// three rounded factors cost 3.003 e, the two roundings of a cross product's component 2 e, product and two sums of the
-// dot product 3 e, so 8.01 e and an error of at most 48.1 e ABC.
-//   A side is the sum of two: (48.1 + 6.1) e E1² (m + E2), for the second plane e E2² (m + E1): 64 e is more.
-//   An edge sign is a sum of at most eight triple products: four with w, two with n1, two with n2. Their errors and
-//   seven roundings of at most their sum of magnitudes make (48.1 + 42.1) e E1 E2 (4m + 2 E1 + 2 E2): 400 e E1 E2 (m +
-//   E1 + E2) is more, by enough to cover second-order terms and the rounding of the bounds themselves.
+// six products of three factors, together at most 6ABC if A, B, C bound the factors. Relative to that sum of
+// magnitudes, three rounded factors cost 3.003 e and the two roundings of a cross product's component 2 e. Product and
+// two sums of the dot product cost 3 e. The total is 8.01 e, an error of at most 48.1 e ABC.
+//
+// * A side is the sum of two: (48.1 + 6.1) e E1² (m + E2), for the second plane e E2² (m + E1). The code uses 64 e.
+// * An edge sign is a sum of at most eight triple products: four with w, two with n1, two with n2. Their errors and
+//   seven roundings of their sum of magnitudes make (48.1 + 42.1) e E1 E2 (4m + 2 E1 + 2 E2). The code uses
+//   400 e E1 E2 (m + E1 + E2), which also covers second-order terms and the rounding of the bounds.
+//
 // Underflow: results below 2^-126 lose up to 2^-150 each. With E1 and E2 at least 2^-30 every bound exceeds 2^-24 times
-// a product of magnitudes that is at least 2^-90, so that these losses (at most 2^-143 times two magnitudes, or less)
-// drown in the slack. With all magnitudes at most 2^38 nothing overflows. Pairs outside that range, NaN included, stay
-// undecided.
+// a product of magnitudes that is at least 2^-90. The losses (at most 2^-143 times two magnitudes) are far below the
+// slack. With all magnitudes at most 2^38 nothing overflows. Pairs outside that range, NaN included, stay undecided.
 #include "detect/triangle_filter.hpp"
 
 #include "detect/near_filter.hpp"
@@ -43,7 +47,7 @@ namespace trocar::HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Certain signs of a determinant; neither where it is within the bound or not a number.
+/// Certain signs of a determinant; neither where it is within the bound or NaN.
 struct Sign {
     Mask above;
     Mask below;
@@ -53,12 +57,12 @@ HWY_INLINE Sign sign(Float determinant, Float bound) {
 }
 HWY_INLINE Sign opposite(const Sign& s) { return {s.below, s.above}; }
 
-/// What is certain about an edge and a triangle.
+/// Certain facts about an edge and a triangle.
 struct EdgeVerdict {
     Mask meets;
     Mask apart;
 };
-/// ends: sides of the edge's ends; a, b, c: how its line passes the triangle's edges, taken around the triangle.
+/// ends: sides of the edge's ends; a, b, c: how its line passes the triangle's edges, in order around the triangle.
 HWY_INLINE EdgeVerdict judge(const Sign& end, const Sign& other_end, const Sign& a, const Sign& b, const Sign& c) {
     const Mask all_above = hn::And(hn::And(a.above, b.above), c.above);
     const Mask all_below = hn::And(hn::And(a.below, b.below), c.below);
@@ -110,7 +114,7 @@ HWY_INLINE void decide_lanes(const TriangleBatch& batch, std::size_t first, std:
         return;
     }
 
-    // Names: edge of the first triangle, edge of the second; "o" is the one from corner 1 to corner 2.
+    // Names: edge of the first triangle, edge of the second; "o" is the edge from corner 1 to corner 2.
     const Vectors u2_w = cross(u2, w);
     const Vectors v2_w = cross(v2, w);
     const Float uu = dot(u1, u2_w);

@@ -1,6 +1,6 @@
-// Many triangle pairs at once in float: which surely meet, which surely do not, and which must be asked exactly; of
-// those that do not, which surely come within the query distance (near_filter.hpp). A sign counts only when it is
-// larger than a proven error bound, so the filter never errs; it only passes on.
+// SIMD float filter for triangle pairs: which certainly meet, which certainly do not, and which need the exact test.
+// near_filter.hpp adds which of the separate ones are within the query distance. A sign counts only above a proven
+// error bound, so the filter is never wrong.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace trocar {
 
-/// Up to 64 pairs of triangles p0 p1 p2 and q0 q1 q2 as differences of corners, taken in double and then rounded to
-/// float: each within 1.001 · 2^-24 of the exact difference, relatively. [axis][pair], m or any unit.
+/// Up to 64 pairs of triangles p0 p1 p2 and q0 q1 q2 as differences of corners, taken in double and rounded to float.
+/// Relative error of each: 1.001 · 2^-24. [axis][pair], m or any unit.
 struct TriangleBatch {
     static constexpr std::size_t most = 64;
     using Lanes = std::array<std::array<float, most>, 3>;
@@ -31,13 +31,14 @@ struct TriangleVerdicts {
     std::uint64_t undecided = 0;
 };
 
-/// Of pairs that do not meet. Pairs in neither set are further apart than the query distance.
+/// For pairs that do not meet. Pairs in neither set are further apart than the query distance.
 struct NearVerdicts {
     std::uint64_t near = 0;
     std::uint64_t undecided = 0;
 };
 
-/// Decides those pairs of a batch whose bits are set in `asked`; `query_distance`: in the unit of the batch, > 0.
+/// Decides the pairs of a batch whose bits are set in `asked`. `query_distance`: query distance in the unit of the
+/// batch, > 0.
 using NearDecider = NearVerdicts (*)(const TriangleBatch& batch, std::uint64_t asked, float query_distance);
 
 struct TriangleFilter {
@@ -45,13 +46,13 @@ struct TriangleFilter {
     /// vertices by triangle.
     void (*gather)(const double* position, const Index* corners, const TrianglePair* pairs, std::size_t count,
                    TriangleBatch& batch) = nullptr;
-    /// Decides the first `count` pairs; the others hold any numbers.
+    /// Decides the first `count` pairs; the others may hold any numbers.
     TriangleVerdicts (*decide)(const TriangleBatch& batch, std::size_t count) = nullptr;
     NearDecider decide_near = nullptr;
     const char* target = "";  ///< instruction set, as Highway names it
 };
 
-/// One for each instruction set that was built and that this CPU has, the best first, the plainest last.
+/// One per instruction set that was built and that this CPU has, best first, scalar last.
 const std::vector<TriangleFilter>& triangle_filters();
 
 }  // namespace trocar

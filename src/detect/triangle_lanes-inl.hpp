@@ -1,5 +1,5 @@
-// Pairs of triangles in lanes of floats (triangle_filter.hpp): what the filters for meeting and for near pairs compute
-// alike. Included once per instruction set, as Highway's own headers are.
+// Vector functions on lanes of triangle pairs (triangle_filter.hpp), shared by the filters for meeting and for near
+// pairs. Included once per instruction set, as Highway's own headers are.
 #if defined(TROCAR_DETECT_TRIANGLE_LANES_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef TROCAR_DETECT_TRIANGLE_LANES_INL
 #undef TROCAR_DETECT_TRIANGLE_LANES_INL
@@ -42,7 +42,7 @@ HWY_INLINE Vectors cross(const Vectors& a, const Vectors& b) {
 }
 HWY_INLINE Float largest(const Vectors& a) { return hn::Max(hn::Max(hn::Abs(a.x), hn::Abs(a.y)), hn::Abs(a.z)); }
 
-/// Whether the largest magnitudes in u1 v1, in u2 v2 and in w are such that nothing is lost below or beyond a float.
+/// Whether the largest magnitudes in u1 v1 (e1), in u2 v2 (e2) and in w (m) exclude float under- and overflow.
 HWY_INLINE Mask is_in_range(Float e1, Float e2, Float m) {
     const Floats d;
     const Float least = hn::Set(d, 0x1p-30F);

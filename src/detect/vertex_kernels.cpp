@@ -24,7 +24,7 @@ using Doubles = hn::CappedTag<double, 8>;
 
 #if HWY_TARGET == HWY_SCALAR
 
-/// Box of `count` points that lie in two arrays, one for the lows and one for the highs.
+/// Box of `count` points in two arrays of lows and highs.
 HWY_INLINE void fold(const double* low, const double* high, std::size_t count, Extent& box) {
     box = Extent();
     for (std::size_t i = 0; i < 3 * count; ++i) {
@@ -37,8 +37,7 @@ HWY_INLINE void fold(const double* low, const double* high, std::size_t count, E
 
 using Two = hn::Full128<double>;
 
-/// Box of `count` points that lie in two arrays, one for the lows and one for the highs; count is even. Two points are
-/// (x, y) (z, x) (y, z).
+/// Box of `count` points, an even number, in two arrays of lows and highs. Two points are (x, y) (z, x) (y, z).
 HWY_INLINE void fold(const double* low, const double* high, std::size_t count, Extent& box) {
     const Two d;
     auto low_xy = hn::Load(d, low);
@@ -64,8 +63,8 @@ HWY_INLINE void fold(const double* low, const double* high, std::size_t count, E
 
 #endif
 
-/// Points are read as they lie, x y z x y z …: with L lanes, three vectors hold L points, and number i of the 3L always
-/// belongs to axis i mod 3. So minima are taken vector by vector, and the axes come apart only at the end.
+/// Points are read in memory order, x y z x y z …. With L lanes, three vectors hold L points, and number i of the 3L
+/// belongs to axis i mod 3. Minima are therefore taken vector by vector, and the axes are separated at the end.
 bool box_of_run(const double* points, Index count, Extent& result) {
     const Doubles d;
     const std::size_t lanes = hn::Lanes(d);
@@ -108,7 +107,7 @@ bool box_of_run(const double* points, Index count, Extent& result) {
     };
     std::size_t i = 3 * lanes;
     for (; i + 3 * lanes <= total; i += 3 * lanes) add(points + i);
-    // The last step goes back so far that it is a whole one: what it sees twice does no harm.
+    // The last step overlaps the one before, so that it is a whole one.
     if (i < total) add(points + total - 3 * lanes);
     alignas(64) double low[24];
     alignas(64) double high[24];
@@ -143,7 +142,7 @@ bool box_of_some(const double* position, const Index* number, Index count, Index
 
 using FourDoubles = hn::FixedTag<double, 4>;
 
-/// (x, y, z, 0). Other points are read together with the number behind them, of which there is none behind the last.
+/// (x, y, z, 0). Other points are read together with the next number in memory, which the last point does not have.
 HWY_INLINE hn::Vec<FourDoubles> load_last(const double* point) {
     alignas(32) const double copy[4] = {point[0], point[1], point[2], 0.0};
     return hn::Load(FourDoubles(), copy);
@@ -163,7 +162,7 @@ bool box_of_some(const double* position, const Index* number, Index count, Index
         high = hn::Max(high, point);
         check = hn::Or(check, hn::Mul(point, zero));
     };
-    // Memory is asked early, since it cannot foresee these places.
+    // Prefetches, since the hardware cannot predict these places.
     const Index foreseen = std::min(count - 1, known - block_size);
     Index k = 0;
     for (; k < foreseen; ++k) {
@@ -180,7 +179,7 @@ bool box_of_some(const double* position, const Index* number, Index count, Index
 
 #else
 
-/// A point is read as (x, y) and (y, z), so that nothing behind the last one is touched.
+/// A point is read as (x, y) and (y, z), so that no memory behind the last one is touched.
 bool box_of_some(const double* position, const Index* number, Index count, Index /*known*/, Extent& result) {
     const Two d;
     auto low_xy = hn::Set(d, Extent::infinity);
@@ -207,7 +206,7 @@ bool box_of_some(const double* position, const Index* number, Index count, Index
     hn::Store(high_yz, d, high_end);
     result.low[2] = low_end[1];
     result.high[2] = high_end[1];
-    // x + y may overflow where both are huge and finite: then the check is a false alarm, and asked again one by one.
+    // x + y may overflow where both are huge and finite; the check is then repeated number by number.
     if (hn::GetLane(hn::SumOfLanes(d, check)) == 0.0) return true;
     double not_finite = 0.0;
     for (Index k = 0; k < count; ++k) {
@@ -219,7 +218,7 @@ bool box_of_some(const double* position, const Index* number, Index count, Index
 
 #endif
 
-/// Memory is asked that far ahead, once per run: a core foresees a stream of lines, but not beyond the end of a page.
+/// Prefetch distance in runs: the hardware predicts a stream of lines only up to the end of a page.
 constexpr Index foreseen_runs = 42;
 
 Index boxes_of_moved_runs(const double* points, const Index* begin, Index count, std::array<double, 3>* first,
@@ -338,7 +337,7 @@ void to_floats(const double* position, const Index* number, Index count, const F
         hn::StoreU(hn::DemoteTo(two_floats, xy), two_floats, result[k].x.data());
         hn::StoreU(hn::DemoteTo(two_floats, yz), two_floats, result[k].x.data() + 1);
     }
-    // Rounding keeps order: the box of the floats is the rounded box.
+    // Rounding is monotone: the box of the floats is the rounded box.
     hn::StoreU(hn::DemoteTo(two_floats, low_xy), two_floats, box.low.data());
     hn::StoreU(hn::DemoteTo(two_floats, low_yz), two_floats, box.low.data() + 1);
     hn::StoreU(hn::DemoteTo(two_floats, high_xy), two_floats, box.high.data());

@@ -22,7 +22,7 @@ Box union_of(const std::vector<Box>& boxes, Range range) {
     return all;
 }
 
-/// Boxes of `range` that reach into `region`, by their lower end along `axis`. Empty boxes overlap nothing.
+/// Boxes of `range` that overlap `region`, sorted by their lower end along `axis`. Empty boxes overlap nothing.
 void collect(const std::vector<Box>& boxes, Range range, const Box& region, int axis, std::vector<Entry>& entries) {
     entries.clear();
     for (Index i = range.first; i < range.end(); ++i) {
@@ -57,7 +57,7 @@ void overlapping_boxes(const std::vector<Box>& boxes, Range first, Range second,
     int axis = 0;
     (common.max - common.min).maxCoeff(&axis);
 
-    // Kept from call to call, so that a caller inside a tick does not allocate after warm-up.
+    // Kept between calls, so that a caller inside a tick does not allocate after warm-up.
     thread_local std::vector<Entry> a;
     thread_local std::vector<Entry> b;
     collect(boxes, first, common, axis, a);
@@ -65,7 +65,7 @@ void overlapping_boxes(const std::vector<Box>& boxes, Range first, Range second,
     const auto test = [&](Index i, Index j) {
         if (boxes[static_cast<std::size_t>(i)].overlaps(boxes[static_cast<std::size_t>(j)])) pairs.push_back({i, j});
     };
-    // Of two boxes that overlap along the axis one begins inside the other; the one that begins first finds it.
+    // The box that begins first along the axis finds the other one.
     for (std::size_t i = 0, j = 0; i < a.size() && j < b.size();) {
         if (a[i].low <= b[j].low) {
             for (std::size_t k = j; k < b.size() && b[k].low <= a[i].high; ++k) test(a[i].index, b[k].index);

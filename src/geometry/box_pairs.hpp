@@ -1,5 +1,5 @@
-// Neutral candidates: all pairs of triangles whose closed bounding boxes overlap, by sweep along one axis. Used by
-// truth and by narrow-phase-only baselines, so that neither depends on a method.
+// Neutral candidates: all pairs of triangles whose closed bounding boxes overlap, by sweep along one axis. Truth and
+// narrow-phase-only baselines use them, so that neither depends on a method under test.
 #pragma once
 
 #include <vector>

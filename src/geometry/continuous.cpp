@@ -1,17 +1,17 @@
-// The query, and in which order its stages follow each other. Features are the six pairs of a vertex and a face and the
-// nine pairs of edges of two triangles; each stage passes on only what it could not settle:
+// The query and the order of its stages. Features are the six vertex-face pairs and the nine edge-edge pairs of two
+// triangles. Each stage passes on what it could not decide:
 //
-//   features      doubles with error bounds: triangles on one side of a plane all the time are apart
-//                 (continuous_features.hpp)
-//   search        the moments at which features come into one plane, enclosed one after the other; many are seen there
-//                 to meet or not to (continuous_search.hpp)
-//   coplanarity   that moment to the last bit in double-double, and the boundary cases in integers of fixed size
-//                 (continuous_coplanarity.hpp, in the arithmetic of continuous_lines.hpp)
-//   exclusion     features without such a moment, as those in one plane all the time: parts of time and place in which
-//                 they cannot touch (continuous_exclusion.hpp)
-//   exact         integers of any size, on the roots of the polynomial (continuous_exact.hpp, time_polynomial.hpp)
+// * features: doubles with error bounds. Triangles on one side of a plane all the time are apart
+//   (continuous_features.hpp).
+// * search: encloses, in order, the times at which features are coplanar, and decides many of them
+//   (continuous_search.hpp).
+// * coplanarity: the exact time in double-double, boundary cases in integers of fixed size
+//   (continuous_coplanarity.hpp, in the arithmetic of continuous_lines.hpp).
+// * exclusion: for features without such a time, as those coplanar all the time: parts of time and place in which
+//   they cannot touch (continuous_exclusion.hpp).
+// * exact: integers of any size, on the roots of the polynomial (continuous_exact.hpp, time_polynomial.hpp).
 //
-// The oracle has the last two alone.
+// The oracle uses only exclusion and exact.
 #include "geometry/continuous.hpp"
 
 #include <algorithm>
@@ -36,9 +36,9 @@ std::optional<double> exactly(const Features& f) {
     return f.edges ? continuous::exact_edge_edge(f.copy()) : continuous::exact_vertex_face(f.copy());
 }
 
-/// When features first meet, from `sight` on; nothing, too, when that is not before `known`. in_pair: a vertex and a
-/// face that meet at the same moment as two edges are examined anyway, and the sets are apart at the start. Edges in
-/// one plane then need no look: they meet first where an end of one arrives at the other.
+/// First time at which features meet, from `sight` on; empty also when that is not before `known`. Precondition of
+/// in_pair: the sets are apart at the start, and the vertex-face pairs are tested too. Coplanar edges are then skipped,
+/// since an end of one arrives at the other first.
 std::optional<double> first_moment(const Features& f, RootSearch& search, Sight sight, std::optional<double> known,
                                    bool in_pair) {
     using Verdict = Sight::Verdict;
@@ -100,7 +100,7 @@ std::optional<double> first_contact(const MovingTriangle& first, const MovingTri
 
 std::optional<FirstMeeting> first_meeting(const MovingTriangle& first, const MovingTriangle& second) {
     if (!swept_boxes_overlap(first, second)) return std::nullopt;
-    // Six vertices against faces first: three on one side of a plane all the time keep the whole triangles apart.
+    // Vertices against faces first: three vertices on one side of a plane all the time separate the triangles.
     std::array<Features, 15> features;
     std::size_t count = 0;
     for (const bool swapped : {false, true}) {
@@ -120,7 +120,7 @@ std::optional<FirstMeeting> first_meeting(const MovingTriangle& first, const Mov
                 continuous::edge_edge_features(first[i], first[(i + 1) % 3], second[j], second[(j + 1) % 3]);
         }
     }
-    // Only features that may be first are worth an exact time.
+    // Exact times are computed only for features that may be first.
     std::array<RootSearch, 15> searches;
     std::array<Sight, 15> sights;
     double latest = std::numeric_limits<double>::infinity();

@@ -46,7 +46,7 @@ std::int64_t Coplanarity::rounded_root(const Sight& sight) {
     const int before = sight.before;
     const std::int64_t first = first_of(sight);
     const std::int64_t last = last_of(sight);
-    // Newton's step from the middle is nearly always off by one at most.
+    // Newton's step from the middle is nearly always off by at most one.
     const double t = 0.5 * (sight.low + sight.high);
     const double value = ((fine_[3].high * t + fine_[2].high) * t + fine_[1].high) * t + fine_[0].high;
     const double slope = (3.0 * fine_[3].high * t + 2.0 * fine_[2].high) * t + fine_[1].high;
@@ -121,10 +121,9 @@ void Coplanarity::make_whole() {
     polynomial_ = volume_of(features_->copy(), features_->edges);
 }
 
-/// Sign of q at the only root in [n, n + 1] / 2^53, or exactly at n; nothing when q is not linear and may vanish near
-/// it.
+/// Sign of q at the only root in [n, n + 1] / 2^53, or exactly at n; empty when q is not linear and may vanish near it.
 std::optional<int> Coplanarity::sign_at_root(const Quadratic<Fixed>& q, std::int64_t n, bool exact, int before) const {
-    // q in Bernstein form over these moments, times 2^107.
+    // q in Bernstein form over this interval, times 2^107.
     const auto value = [&q](std::int64_t s, std::int64_t t) {
         return Fixed(q[2] * 2 * s * t + ((q[1] * (s + t)) << 53U) + (q[0] << 107U)).sign();
     };
@@ -133,8 +132,8 @@ std::optional<int> Coplanarity::sign_at_root(const Quadratic<Fixed>& q, std::int
     if (first != 0 && value(n, n + 1) == first && value(n + 1, n + 1) == first) return first;
     if (!q[2].is_zero()) return std::nullopt;
     if (q[1].is_zero()) return q[0].sign();
-    // q vanishes at s = -q0 / q1, which is here: the sign of the cubic there, times |q1|³, reports on which side of s
-    // the root is.
+    // q vanishes at s = -q0 / q1 in this interval. The sign of the cubic at s, times |q1|³, gives the side of s on
+    // which the root is.
     const int rise = q[1].sign();
     const Fixed top = rise > 0 ? Fixed(-q[0]) : q[0];
     const Fixed bottom = abs(q[1]);

@@ -1,7 +1,7 @@
-// Third stage of the continuous test, for the moments that the search (continuous_search.hpp) encloses: when exactly
-// that is, and whether the features meet then. Double-double decides nearly all moments, integers of fixed size the
-// boundary cases; where these have no room, or where a condition is not linear near its root, the last stage has to
-// answer.
+// Third stage of the continuous test. For a root interval of the search (continuous_search.hpp) it finds the exact time
+// of the root, and whether the features meet there. Double-double decides nearly all roots, integers of fixed size the
+// boundary cases. Coordinates that do not fit, and conditions that are not linear near their root, go to the last
+// stage.
 #pragma once
 
 #include <cstdint>
@@ -13,24 +13,24 @@
 
 namespace trocar::continuous {
 
-inline constexpr int time_bits = 53;  ///< moments are reported in multiples of 2^-53
+inline constexpr int time_bits = 53;  ///< times are multiples of 2^-53
 
-/// The coplanarity e · (u × w) of features over the tick, reported without doubt.
+/// The coplanarity e · (u × w) of features over the tick; all its signs are exact.
 class Coplanarity {
 public:
     explicit Coplanarity(const Features& f);
 
-    /// Its sign at n / 2^53.
+    /// Sign at n / 2^53.
     [[nodiscard]] int sign(std::int64_t n);
-    /// Whether the root that the sight reports, rounded down, is before this moment, a multiple of 2^-53.
+    /// Whether the sight's root, rounded down, is before `moment` (a multiple of 2^-53).
     [[nodiscard]] bool root_is_before(double moment, const Sight& sight);
-    /// That root times 2^53, rounded down.
+    /// The sight's root times 2^53, rounded down.
     [[nodiscard]] std::int64_t rounded_root(const Sight& sight);
-    /// Zero all the time; false when the coordinates span too many bits to report.
+    /// True when zero all the time; false also when the coordinates span too many bits to decide.
     [[nodiscard]] bool vanishes();
-    /// Whether the features meet at the only root in [n, n + 1] / 2^53, with `before` as in Sight; nothing when neither
-    /// float nor linear conditions report. In a pair of triangles edges that are parallel there count as not meeting:
-    /// when they do, an end of one is on the other, which a vertex and a face see at the same moment.
+    /// Whether the features meet at the only root in [n, n + 1] / 2^53, with `before` as in Sight; empty when neither
+    /// float nor linear conditions decide. With `in_pair`, edges that are parallel there count as not meeting. If they
+    /// do meet, an end of one lies on the other, and the vertex-face test finds that at the same time.
     [[nodiscard]] std::optional<bool> meets(std::int64_t n, int before, bool in_pair);
 
 private:
@@ -40,11 +40,11 @@ private:
 
     const Features* features_;
     Cubic<DoubleDouble> fine_;
-    double tolerance_;  ///< of a value of fine_; < 0: none can be given
+    double tolerance_;  ///< error bound of a value of fine_; < 0: no bound exists
     bool made_ = false;
     std::optional<Lines<Fixed>> lines_;
     Cubic<Fixed> whole_;
-    Polynomial polynomial_;  ///< when there are no lines_
+    Polynomial polynomial_;  ///< set when lines_ is empty
 };
 
 }  // namespace trocar::continuous

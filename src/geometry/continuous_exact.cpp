@@ -22,7 +22,7 @@ PolynomialVector cross(const PolynomialVector& a, const PolynomialVector& b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// All coordinates times the power of two that makes them whole, as polynomials in time.
+/// All coordinates times the power of two that makes them integer, as polynomials in time.
 std::array<PolynomialVector, 4> on_grid(const std::array<MovingPoint, 4>& points) {
     int lowest = std::numeric_limits<int>::max();
     const auto unit_of = [](double x) { return std::ilogb(x) - 52; };
@@ -62,7 +62,7 @@ bool on_segment(Root& root, const PolynomialVector& p, const PolynomialVector& a
     return nonzero_component(root, cross(b - a, p - a)) < 0 && root.sign_of(dot(a - p, b - p)) <= 0;
 }
 
-/// Point and segment of a motion that may be anything.
+/// Meeting of a point and a segment in any motion.
 std::optional<double> point_meets_segment(const PolynomialVector& p, const PolynomialVector& a,
                                           const PolynomialVector& b) {
     const PolynomialVector off_line = cross(b - a, p - a);
@@ -86,7 +86,7 @@ std::optional<double> decide_vertex_face(const std::array<MovingPoint, 4>& point
     const PolynomialVector normal = cross(b - a, c - a);
     const Polynomial volume = dot(p - a, normal);
     if (volume.is_zero()) {
-        // In one plane all the time: inside at the start, or in through an edge.
+        // In one plane all the time: inside at the start, or entering through an edge.
         const Vector3& start = points[0].start;
         if (triangles_intersect({start, start, start}, {points[1].start, points[2].start, points[3].start})) return 0.0;
         return earlier(earlier(point_meets_segment(p, a, b), point_meets_segment(p, b, c)),

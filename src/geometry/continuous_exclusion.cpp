@@ -7,8 +7,8 @@
 namespace trocar::continuous {
 namespace {
 
-/// gap(t, u, v) = base(t) + u · along_u(t) + v · along_v(t) over the unit cube: zero where the two sets touch. Linear
-/// in each variable, so that its extremes over a box are among the box's corners.
+/// gap(t, u, v) = base(t) + u · along_u(t) + v · along_v(t) over the unit cube: zero where the two sets touch. It is
+/// linear in each variable, so its extremes over a box are at corners of the box.
 struct Gap {
     MovingPoint base;
     MovingPoint along_u;
@@ -17,7 +17,7 @@ struct Gap {
     double tolerance = 0.0;  ///< bound on the rounding error of any value
 };
 
-/// True when the gap is nowhere zero, without doubt; false says nothing. Examines `cell_limit` cells at most.
+/// True when the gap is certainly nowhere zero; false decides nothing. Examines at most `cell_limit` cells.
 bool certainly_apart(const Gap& gap, int cell_limit) {
     struct Cell {
         std::array<double, 3> low;
@@ -47,7 +47,7 @@ bool certainly_apart(const Gap& gap, int cell_limit) {
             high = high.cwiseMax(x);
         }
         if ((low.array() > gap.tolerance).any() || (high.array() < -gap.tolerance).any()) continue;
-        // Halve the variable that moves the gap most.
+        // Halve the variable that changes the gap most.
         std::array<double, 3> change{};
         for (std::size_t k = 0; k < 8; ++k) {
             for (std::size_t i = 0; i < 3; ++i) {
@@ -69,8 +69,9 @@ bool certainly_apart(const Gap& gap, int cell_limit) {
     return true;
 }
 
-/// Finds the gap's tolerance. A difference of coordinates has one rounding error of its own size, so the largest
-/// difference D bounds all that follow: three of them, five roundings each, and the sum make less than 25 · 2^-53 D.
+/// Sets the gap's tolerance. A difference of coordinates has one rounding error relative to its own size, so the
+/// largest difference D bounds all later ones. Three of them, five roundings each, and the sum make less than 25 ·
+/// 2^-53 D.
 Gap with_tolerance(Gap gap) {
     double largest = 0.0;
     for (const MovingPoint* p : {&gap.base, &gap.along_u, &gap.along_v}) {

@@ -27,8 +27,8 @@ void fill_coplanarity(Features& f) {
         return;
     }
     const double size = f.size_e * f.size_u * f.size_w;
-    // Each difference carries one relative rounding error of 2^-53, an entry of the normal at most 12 of size u·w, a
-    // dot product at most 64 of size e·u·w.
+    // Errors in units of 2^-53: 1 for a difference, at most 12 u·w for entries of the normal and 64 e·u·w for dot
+    // products.
     f.tolerance = 2e-14 * size;
     const Vector3 n0 = f.u.start.cross(f.w.start);
     const Vector3 n1 = 0.5 * (f.u.start.cross(f.w.end) + f.u.end.cross(f.w.start));
@@ -64,7 +64,7 @@ int meet_at(const Features& f, double time, double half) {
     const double alpha = e.cross(w).dot(normal);  // these two times |normal|²
     const double beta = (f.edges ? e.cross(u) : u.cross(e)).dot(normal);
     const double one = normal.squaredNorm();
-    // Sums of 12 products of four sizes, rounded 200 times at most; no factor changes faster than twice its size.
+    // Sums of 12 products of four sizes with at most 200 roundings; no factor changes faster than twice its size.
     const double relative = 5e-14 + 100.0 * half;
     const double u_w = f.size_u * f.size_w;
     const double alpha_error = relative * f.size_e * f.size_w * u_w;

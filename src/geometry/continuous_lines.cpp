@@ -11,8 +11,8 @@ Cubic<DoubleDouble> fine_coplanarity(const Features& f) {
     return coplanarity_of(lines_of<DoubleDouble>(f, [&f](double x) -> DoubleDouble { return {x * f.scale, 0.0}; }));
 }
 
-/// A line's change is at most twice its size, so the coefficients sum to at most 6 · 27 sizes; twenty operations at
-/// most lie on the way to any of them and to a value in [0, 1], each exact to 2^-100 of that.
+/// A line's change is at most twice its size, so the coefficients sum to at most 6 · 27 sizes. A coefficient or a value
+/// in [0, 1] takes at most twenty operations, each exact to 2^-100 of that.
 double fine_tolerance(const Features& f) { return 1e-26 * (f.size_e * f.size_u * f.size_w); }
 
 std::optional<Lines<Fixed>> whole_lines(const Features& f) {

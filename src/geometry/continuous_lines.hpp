@@ -1,6 +1,6 @@
-// The features of the continuous test (continuous_features.hpp) and the polynomial of their coplanarity in more digits
-// than a double has: in double-double, and in integers of fixed size that need no heap. Which of them is needed is
-// decided in continuous_coplanarity.hpp.
+// The features of the continuous test (continuous_features.hpp) and their coplanarity polynomial in more digits than a
+// double has. Number types: double-double, and integers of fixed size without heap. continuous_coplanarity.hpp chooses
+// between them.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace trocar::continuous {
 
-/// high + low, the latter at most half a unit in the last place of the former (Dekker 1971). An operation is exact to
-/// some 2^-100 of its operands' size while nothing over- or underflows.
+/// high + low, with |low| at most half a unit in the last place of high (Dekker 1971). Relative error of an operation:
+/// about 2^-100 of the operands' size, while nothing over- or underflows.
 struct DoubleDouble {
     double high = 0.0;
     double low = 0.0;
@@ -38,7 +38,7 @@ inline DoubleDouble operator*(const DoubleDouble& a, const DoubleDouble& b) {
     return normalised(product.value, product.error + (a.high * b.low + a.low * b.high));
 }
 
-/// Whole numbers without a heap: enough for nine factors of 201 bits, which the largest product below has.
+/// Integers without heap: room for nine factors of 201 bits, the largest product below.
 using Fixed = boost::multiprecision::number<boost::multiprecision::cpp_int_backend<
     2048, 2048, boost::multiprecision::signed_magnitude, boost::multiprecision::unchecked, void>>;
 
@@ -53,13 +53,13 @@ struct Lines {
     Line u;
     Line w;
 };
-/// coefficient [i] of t^i.
+/// Element [i] is the coefficient of t^i.
 template <typename Number>
 using Quadratic = std::array<Number, 3>;
 template <typename Number>
 using Cubic = std::array<Number, 4>;
 
-/// number(x): a coordinate as a Number.
+/// number(x) converts a coordinate to a Number.
 template <typename Number, typename Convert>
 Lines<Number> lines_of(const Features& f, const Convert& number) {
     const auto difference = [&](const MovingPoint& to, const MovingPoint& from) {
@@ -101,13 +101,12 @@ Cubic<Number> coplanarity_of(const Lines<Number>& lines) {
     return c;
 }
 
-/// Of the features times their scale.
+/// Polynomial of the features times their scale.
 Cubic<DoubleDouble> fine_coplanarity(const Features& f);
-/// Bound on the error of a value in [0, 1] of that. Precondition: the features have a tolerance.
+/// Bound on the error of a value of fine_coplanarity in [0, 1]. Precondition: the features have a tolerance.
 double fine_tolerance(const Features& f);
 
-/// Lines times a power of two that makes them whole; nothing when the coordinates span more bits than Fixed has room
-/// for.
+/// Lines times a power of two that makes them integer; empty when the coordinates span more bits than Fixed holds.
 std::optional<Lines<Fixed>> whole_lines(const Features& f);
 
 }  // namespace trocar::continuous

@@ -15,7 +15,7 @@ struct NearRoot {
     double value;
 };
 
-/// Near the root of a monotone cubic in Bernstein form that changes sign: Newton's steps, kept between the ends.
+/// Root of a monotone cubic in Bernstein form that changes sign: Newton's method, clamped to the interval.
 NearRoot near_root(const std::array<double, 4>& c, double tolerance) {
     double left = 0.0;
     double right = 1.0;
@@ -43,7 +43,7 @@ Sight RootSearch::next() {
     const std::array<MovingPoint, 4> points = features_->copy();
     if (features_->edges ? edge_edge_apart(points, few_cells) : vertex_face_apart(points, few_cells)) return {};
     if (features_->tolerance < 0.0) return sight;
-    // Too flat for double: once more with coefficients that are exact to the last bits of their own size.
+    // Too flat for double: repeat with coefficients in double-double.
     fine_ = true;
     constexpr DoubleDouble third{1.0 / 3.0, 1.850371707708594e-17};
     const Cubic<DoubleDouble> c = fine_coplanarity(*features_);
@@ -85,7 +85,7 @@ Sight RootSearch::search() {
         const auto [least, most] = std::minmax({c[0], c[1], c[2], c[3]});
         if (least > tolerance || most < -tolerance) continue;
         const auto [least_rise, most_rise] = std::minmax({c[1] - c[0], c[2] - c[1], c[3] - c[2]});
-        // A third of the slope, from below in size; both signs of rise cannot be certain.
+        // Lower bound on a third of the slope's size; both signs of rise cannot be certain.
         const double slope = std::max(least_rise, -most_rise) - 2.0 * tolerance;
         const auto end_sign = [&](double value, double time) {
             if (std::abs(value) > tolerance) return value > 0.0 ? 1 : -1;
@@ -98,7 +98,7 @@ Sight RootSearch::search() {
         const int before = slope > 0.0 ? end_sign(c[0], piece.low) : 2;
         const int after = before != 2 ? end_sign(c[3], piece.low + piece.width) : 2;
         if (before == 0 || (after == 0 && before != 2)) {
-            // The root is an end itself; one at the end of a piece is at the start of the next, too.
+            // The root is an end of the piece; one at the end is also at the start of the next piece.
             if (after == 0 && piece.low + piece.width < 1.0) continue;
             const double time = before == 0 ? piece.low : 1.0;
             return {Verdict::maybe, time, time, before != 0 ? before : -after};

@@ -1,6 +1,6 @@
-// Second stage of the continuous test: finds, one after the other, the moments of the tick at which two features may
-// meet, by bisecting the coplanarity polynomial in Bernstein form (a cubic; Provot 1997), in double first and once more
-// with more digits where that is too flat.
+// Second stage of the continuous test: finds, in order of time, the roots at which two features may meet. Bisects the
+// coplanarity polynomial in Bernstein form (a cubic; Provot 1997), in double first, then in double-double where it is
+// too flat.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace trocar::continuous {
 
-/// Bisects the tick until the cubic has no root or is monotone with one, which the slope then encloses.
+/// Bisects the tick until the cubic has no root or one with a monotone piece, and encloses that root by the slope.
 class RootSearch {
 public:
     void start(const Features& features) {
@@ -22,9 +22,9 @@ public:
         search_from(features.coplanarity, features.tolerance);
     }
 
-    /// The next one. After apart, coplanar and unknown comes nothing.
+    /// The next sight in order of time. No sight follows apart, coplanar or unknown.
     Sight next();
-    /// Of the features.
+    /// Coplanarity of the features, made on first use.
     Coplanarity& coplanarity() {
         if (!coplanarity_) coplanarity_.emplace(*features_);
         return *coplanarity_;

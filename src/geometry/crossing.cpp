@@ -37,7 +37,7 @@ bool one_side(const std::array<double, 3>& d) {
     return (d[0] > 0.0 && d[1] > 0.0 && d[2] > 0.0) || (d[0] < 0.0 && d[1] < 0.0 && d[2] < 0.0);
 }
 
-/// The corner that has both others on the other closed side of the plane; exists unless one_side or all_zero.
+/// The corner whose two others are on the other closed side of the plane; exists unless one_side or all_zero.
 int apex_of(const std::array<double, 3>& d) {
     for (int i = 0; i < 3; ++i) {
         const double own = d[static_cast<std::size_t>(i)];
@@ -50,7 +50,7 @@ int apex_of(const std::array<double, 3>& d) {
     return -1;
 }
 
-/// The part of a triangle on the other's plane.
+/// Intersection of a triangle with the other's plane.
 struct Interval {
     std::array<double, 2> at{};  ///< m, along the line, ascending
     std::array<CrossingEnd, 2> end{};
@@ -77,14 +77,14 @@ Interval interval_of(const Corners& t, int triangle, const std::array<double, 3>
     return interval;
 }
 
-/// Twice the signed area of a, b, c after leaving out coordinate `axis`.
+/// Twice the signed area of a, b, c in the projection without coordinate `axis`.
 double planar_area(const Vector3& a, const Vector3& b, const Vector3& c, int axis) {
     const int i = (axis + 1) % 3;
     const int j = (axis + 2) % 3;
     return (b[i] - a[i]) * (c[j] - a[j]) - (b[j] - a[j]) * (c[i] - a[i]);
 }
 
-/// Overlap of two triangles of one plane by separating edges, each line widened by the tolerance.
+/// Overlap of two coplanar triangles by separating edges, each line widened by the tolerance.
 bool planar_overlap(const Corners& first, const Corners& second, int axis) {
     for (const auto& [t, other] : {std::pair(&first, &second), std::pair(&second, &first)}) {
         const double turn = planar_area((*t)[0], (*t)[1], (*t)[2], axis) < 0.0 ? -1.0 : 1.0;
@@ -105,8 +105,8 @@ bool planar_overlap(const Corners& first, const Corners& second, int axis) {
 Crossing interval_test(const Corners& world_first, const Corners& world_second,
                        std::array<double, 2>& smallest_altitudes);
 
-/// The test where products of lengths overflow: on triangles that a power of two makes smaller, which changes no bit of
-/// theirs that counts. No meeting where there is nothing to make smaller: a coordinate is not finite.
+/// The test where products of lengths overflow: the triangles are scaled down by a power of two, which changes no
+/// significant bit. A pair with non-finite coordinates does not meet.
 Crossing shrunk_interval_test(const Corners& first, const Corners& second, std::array<double, 2>& smallest_altitudes) {
     double largest = 0.0;
     for (const Corners& t : {first, second}) {
@@ -132,7 +132,7 @@ Crossing shrunk_interval_test(const Corners& first, const Corners& second, std::
     return result;
 }
 
-/// The whole test but for the altitude rule; the smallest altitude of either triangle is handed out for it.
+/// The whole test without the altitude rule; returns the smallest altitude of either triangle for it.
 Crossing interval_test(const Corners& world_first, const Corners& world_second,
                        std::array<double, 2>& smallest_altitudes) {
     const Vector3& shift = world_first[0];
@@ -163,7 +163,7 @@ Crossing interval_test(const Corners& world_first, const Corners& world_second,
                                                                  : Vector3(Vector3::Zero());
     const double sine = line.norm();
     if (all_zero(second_distance) || all_zero(first_distance) || sine == 0.0) {
-        // A triangle without a plane borrows the other's; two of them have none, and the test has no answer but no.
+        // A triangle without a plane takes the other's. Two such triangles never meet in this test.
         const Vector3& normal = first_norm >= second_norm ? first_area : second_area;
         int axis = 0;
         if (normal.cwiseAbs().maxCoeff(&axis) == 0.0) return result;
@@ -214,7 +214,7 @@ Crossing interval_test(const Corners& world_first, const Corners& world_second,
         result.ends = first_interval.end;
         depth = deepest(result.first_depth);
     } else {
-        // The direction leads from first's middle to second's: the overlap begins with second and ends with first. Its
+        // The direction goes from first's middle to second's: the overlap begins with second and ends with first. Its
         // depth is at most its length.
         result.overlap_case = CrossingCase::edges_cross;
         result.ends = {second_interval.end[0], first_interval.end[1]};
@@ -230,8 +230,8 @@ Crossing interval_test(const Corners& world_first, const Corners& world_second,
 using FloatVector = Eigen::Vector3f;
 using FloatCorners = std::array<FloatVector, 3>;
 
-/// The corner that is alone on its side of the other's plane, in the published order of questions; 3 when all corners
-/// lie in that plane.
+/// The corner that is alone on its side of the other's plane, in the published order of tests; 3 when all corners lie
+/// in that plane.
 std::size_t float_lone_corner(const std::array<float, 3>& distance) {
     if (distance[0] * distance[1] > 0.0F) return 2;
     if (distance[0] * distance[2] > 0.0F) return 1;
@@ -240,8 +240,8 @@ std::size_t float_lone_corner(const std::array<float, 3>& distance) {
     return distance[2] != 0.0F ? 2 : 3;
 }
 
-/// The part of a triangle on the line of both planes, in the largest coordinate of the line's direction. False: the
-/// triangle lies in the other's plane.
+/// The interval of a triangle on the common line of the planes, in the largest coordinate of the line's direction.
+/// False: the triangle lies in the other's plane.
 bool float_interval(const std::array<float, 3>& coordinate, const std::array<float, 3>& distance,
                     std::array<float, 2>& interval) {
     const std::size_t lone = float_lone_corner(distance);

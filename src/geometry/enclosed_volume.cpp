@@ -8,7 +8,7 @@ namespace trocar {
 
 double enclosed_volume(const Triangles& triangles, const Points& position) {
     if (triangles.cols() == 0) return 0.0;
-    // Seen from a point of the surface, so that a place far from the origin costs no digits.
+    // Relative to a point of the surface, so that a distant origin costs no digits.
     const Vector3 origin = position.col(triangles(0, 0));
     double volume = 0.0;
     for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
@@ -31,7 +31,7 @@ void add_volume_gradient(const Triangles& triangles, const Points& position, dou
 }
 
 Index open_edges(const Triangles& triangles) {
-    std::map<std::pair<Index, Index>, int> runs;  // one way less the other
+    std::map<std::pair<Index, Index>, int> runs;  // runs in one direction minus runs in the other
     for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
         for (int corner = 0; corner < 3; ++corner) {
             const Index a = triangles(corner, t);

@@ -19,21 +19,21 @@ constexpr double unit_roundoff = 0x1p-53;
 /// Shewchuk's bounds for one 3×3 and one 2×2 determinant of differences, times the permanent.
 constexpr double bound_3d = (7.0 + 56.0 * unit_roundoff) * unit_roundoff;
 constexpr double bound_2d = (3.0 + 16.0 * unit_roundoff) * unit_roundoff;
-/// Products below the smallest normal number lose up to 2^-1075 each. 2^-1000 times the factors that follow is far more
-/// than that, and is itself a normal number: arithmetic on subnormal ones is many times slower.
+/// Products below the smallest normal number lose up to 2^-1075 each. 2^-1000 times the later factors is far more. It
+/// is a normal number, since arithmetic on subnormal ones is many times slower.
 constexpr double underflow_unit = 0x1p-1000;
 
 int sign_of(double value) { return (value > 0.0) - (value < 0.0); }
 
 // ---- exact signs -----------------------------------------------------------------------------------------------
 
-/// Expansions are exact while every coordinate is 0 or has a magnitude in [2^-300, 2^300): products of three
+/// Expansions are exact while every coordinate is 0 or has a magnitude in [2^-300, 2^300). Products of three
 /// differences then stay between 2^-1074 and 2^1023, lowest bits included.
 constexpr int safe_exponent = 300;
 
 enum class Range2 { safe, scaled, wide };
 
-/// Brings the coordinates into the safe range by a common power of two (which changes no sign), if one does.
+/// Scales the coordinates into the safe range by a common power of two, which changes no sign, if one exists.
 Range2 make_safe(std::span<double> coordinates) {
     double largest = 0.0;
     double smallest = std::numeric_limits<double>::infinity();
@@ -100,14 +100,14 @@ int exact_orientation(const Vector3& a, const Vector3& b, const Vector3& c, cons
 
 // ---- filtered signs --------------------------------------------------------------------------------------------
 
-/// A triangle's plane in plain double with the part of the error bound that its points share.
+/// A triangle's plane in plain double, and the part of the error bound that is common to all points.
 struct FilteredPlane {
     explicit FilteredPlane(const Corners& t) : corners(t) {
         const Vector3 u = t[1] - t[0];
         const Vector3 v = t[2] - t[0];
         normal = u.cross(v);
         const double query_distance = std::max(largest(u), largest(v));
-        // The permanent has six products of at most reach · reach · |offset|; a fiftieth more covers its own rounding.
+        // The permanent has six products of at most `reach * reach` · |offset|; 2 % more covers its own rounding.
         permanent_per_offset = 1.02 * 6.0 * (query_distance * query_distance);
     }
 
@@ -115,12 +115,13 @@ struct FilteredPlane {
         return std::max(std::max(std::abs(v.x()), std::abs(v.y())), std::abs(v.z()));
     }
 
-    /// +1 above (where the corners run counter-clockwise), -1 below, 0 in the plane; exact.
+    /// Exact side: +1 above (seen from there the corners are counter-clockwise), -1 below, 0 in the plane.
     [[nodiscard]] int side(const Vector3& p) const {
         const Vector3 offset = p - corners[0];
         const double determinant = offset.x() * normal.x() + offset.y() * normal.y() + offset.z() * normal.z();
         const double query_distance = largest(offset);
-        // Multiplied in this order the bound overflows, and decides nothing, wherever the determinant might.
+        // In this order of factors the bound overflows, and so decides nothing, wherever the determinant might
+        // overflow.
         const double bound =
             bound_3d * (permanent_per_offset * query_distance) + underflow_unit * (1.0 + query_distance);
         if (determinant > bound) return 1;
@@ -133,7 +134,7 @@ struct FilteredPlane {
     double permanent_per_offset;
 };
 
-/// Sign of det[a-c; b-c] after leaving out coordinate `axis`, the other two in cyclic order: +1 when a, b, c run
+/// Sign of det[a-c; b-c] without coordinate `axis`, the other two in cyclic order: +1 when a, b, c are
 /// counter-clockwise.
 int planar_orientation(const Vector3& a, const Vector3& b, const Vector3& c, int axis) {
     const int i = (axis + 1) % 3;
@@ -149,8 +150,8 @@ int planar_orientation(const Vector3& a, const Vector3& b, const Vector3& c, int
 
 // ---- triangles in general position -----------------------------------------------------------------------------
 
-/// Corner numbers of a triangle that straddles or touches a plane, and the corners' sides of it: `apex` has the other
-/// two on the other closed side, so that the plane cuts the edges apex-left and apex-right.
+/// Corner numbers of a triangle that straddles or touches a plane, and the sides of its corners. Both other corners are
+/// on the closed side opposite to `apex`, so the plane cuts the edges apex-left and apex-right.
 struct Straddle {
     int apex;
     int left;
@@ -163,8 +164,8 @@ struct Straddle {
     }
 };
 
-/// Precondition: the sides are neither all positive, all negative nor all 0. `apex_above` says whether the apex is on
-/// the positive side (or in the plane with the others on the negative side).
+/// Precondition: the sides are neither all positive, all negative nor all 0. `apex_above`: the apex is on the positive
+/// side (or in the plane with the others on the negative side).
 Straddle straddle(const std::array<int, 3>& side, bool& apex_above) {
     int apex = 0;
     for (int i = 0; i < 3; ++i) {
@@ -182,8 +183,8 @@ Straddle straddle(const std::array<int, 3>& side, bool& apex_above) {
     return {apex, (apex + 1) % 3, (apex + 2) % 3, side};
 }
 
-/// Signs that order the ends of the two intervals on the common line of two planes (METHODS §3.3): both >= 0 when the
-/// intervals meet, one 0 when they meet in an end.
+/// Signs that order the ends of the two intervals on the common line of two planes (METHODS §3.3). Both are >= 0 when
+/// the intervals meet; one is 0 when they meet in an end.
 struct IntervalOrder {
     Straddle first;
     Straddle second;
@@ -191,15 +192,15 @@ struct IntervalOrder {
     int right;  ///< of the ends on the edges apex-right of both
 };
 
-/// Devillers and Guigue 2002: turn both triangles so that each apex lies above the other's plane; then two
-/// orientations, each between one edge of either triangle, compare the interval ends. Precondition: straddling both
-/// ways, planes differ.
+/// Devillers and Guigue 2002: orient both triangles so that each apex lies above the other's plane. Two orientations,
+/// each of one edge of either triangle, then compare the interval ends. Precondition: straddling both ways, planes
+/// differ.
 IntervalOrder order_intervals(const Corners& first, const std::array<int, 3>& first_side, const Corners& second,
                               const std::array<int, 3>& second_side) {
     bool first_above = false;
     bool second_above = false;
     IntervalOrder order{straddle(first_side, first_above), straddle(second_side, second_above), 0, 0};
-    // Reversing a triangle's corner order turns its plane over.
+    // Reversing a triangle's corner order flips its plane.
     if (!first_above) std::swap(order.second.left, order.second.right);
     if (!second_above) std::swap(order.first.left, order.first.right);
     const auto corner = [](const Corners& t, int i) -> const Vector3& { return t[static_cast<std::size_t>(i)]; };
@@ -220,7 +221,7 @@ bool collinear(const Vector3& a, const Vector3& b, const Vector3& c) {
     return true;
 }
 
-/// A coordinate that can be left out without making these three points collinear, or -1 when they are.
+/// A coordinate whose removal does not make these three points collinear, or -1 when they are collinear.
 int projection_axis(const Vector3& a, const Vector3& b, const Vector3& c) {
     for (int axis = 0; axis < 3; ++axis) {
         if (planar_orientation(a, b, c, axis) != 0) return axis;
@@ -232,7 +233,7 @@ bool lexicographically_less(const Vector3& a, const Vector3& b) {
     return std::lexicographical_compare(a.data(), a.data() + 3, b.data(), b.data() + 3);
 }
 
-/// End points of a triangle whose corners lie on one line.
+/// End points of a triangle with collinear corners.
 struct Segment {
     Vector3 from;
     Vector3 to;
@@ -242,7 +243,7 @@ Segment extent(const Corners& t) {
     return {*low, *high};
 }
 
-/// p lies on the line a, b (in the projection) and in its box: on the closed segment.
+/// Whether p lies on the closed segment: on the line a, b (in the projection) and in its box.
 bool between(const Vector3& p, const Vector3& a, const Vector3& b, int axis) {
     for (const int i : {(axis + 1) % 3, (axis + 2) % 3}) {
         if (p[i] < std::min(a[i], b[i]) || p[i] > std::max(a[i], b[i])) return false;
@@ -269,7 +270,7 @@ bool planar_inside(const Vector3& p, const Corners& t, int axis) {
     return true;
 }
 
-/// Closed triangles in one plane, `axis` such that the plane's projection is one to one; segments and points included.
+/// For closed coplanar triangles, segments and points; the projection along `axis` must be one to one.
 bool planar_triangles_meet(const Corners& first, const Corners& second, int axis) {
     for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j < 3; ++j) {
@@ -311,7 +312,7 @@ bool flats_meet(const Corners& first, const Corners& second) {
     return !lexicographically_less(a.to, b.from) && !lexicographically_less(b.to, a.from);
 }
 
-/// Pairs that lie in one plane, or where a triangle has no plane of its own.
+/// For coplanar pairs, and pairs where a triangle has no plane of its own.
 bool special_pair_meets(const Corners& first, const Corners& second) {
     const bool first_flat = collinear(first[0], first[1], first[2]);
     const bool second_flat = collinear(second[0], second[1], second[2]);
@@ -323,7 +324,7 @@ bool special_pair_meets(const Corners& first, const Corners& second) {
 
 bool all_equal(const std::array<int, 3>& side) { return side[0] == side[1] && side[1] == side[2]; }
 
-/// Class of two triangles of one plane that share a point.
+/// Class of two coplanar triangles that share a point.
 PairClass planar_class(const Corners& first, const Corners& second) {
     const int axis = projection_axis(first[0], first[1], first[2]);
     for (const auto& [t, other] : {std::tie(first, second), std::tie(second, first)}) {

@@ -1,6 +1,6 @@
-// Sums of doubles that hold a value exactly (Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast
-// robust geometric predicates"): the last resort of our filtered predicates. Valid while no product over- or underflows
-// and the compiler does not contract a*b+c.
+// Sums of doubles that represent a value exactly (Shewchuk 1997, "Adaptive precision floating-point arithmetic and fast
+// robust geometric predicates"): last stage of the filtered predicates. Valid while no product over- or underflows and
+// the compiler does not contract a*b+c.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace trocar::expansion {
 
-/// Non-overlapping terms of increasing magnitude, zeros left out; no terms = zero.
+/// Non-overlapping terms of increasing magnitude, without zeros; no terms = zero.
 template <std::size_t Capacity>
 struct Expansion {
     std::array<double, Capacity> term;
@@ -25,7 +25,7 @@ struct Expansion {
     }
 };
 
-/// value + error is the exact result of an operation, value the rounded one.
+/// `value` is the rounded result of an operation, value + error the exact one.
 struct Rounded {
     double value;
     double error;

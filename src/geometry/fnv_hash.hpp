@@ -1,5 +1,4 @@
-// Which bits they were: the 64-bit hash by which state, frames, scenes and stored results are distinguished. Against
-// mistakes, not against anybody.
+// The 64-bit hash that identifies states, frames, scenes and stored results. It detects mistakes, not attacks.
 #pragma once
 
 #include <fmt/format.h>
@@ -13,9 +12,9 @@ namespace trocar {
 /// FNV-1a of 64 bits (Fowler, Noll and Vo; IETF draft-eastlake-fnv).
 class FnvHash {
 public:
-    /// One octet; baselines and the bounded bench mix in a whole word as one.
+    /// Mixes in one octet; baselines and the bounded bench pass a whole word as one.
     void add(std::uint64_t octet) { value_ = (value_ ^ octet) * prime; }
-    /// Octet by octet, the lowest first.
+    /// Mixes in eight octets, lowest first.
     void add_word(std::uint64_t word) {
         for (int shift = 0; shift < 64; shift += 8) add((word >> shift) & 0xffU);
     }

@@ -9,7 +9,7 @@
 namespace trocar {
 namespace {
 
-/// Bytes of the printable character that text starts with; 0 when it starts with none.
+/// Length in bytes of the printable character at the start of text; 0 when there is none.
 std::size_t printable_bytes(std::string_view text) {
     const auto byte = [text](std::size_t i) { return static_cast<std::uint32_t>(static_cast<unsigned char>(text[i])); };
     const std::uint32_t first = byte(0);
@@ -24,7 +24,7 @@ std::size_t printable_bytes(std::string_view text) {
     constexpr std::array<std::uint32_t, 5> least{0, 0, 0x80, 0x800, 0x10000};  // no longer form than needed
     const bool surrogate = code >= 0xd800U && code <= 0xdfffU;
     if (code < least.at(size) || code > 0x10ffffU || surrogate) return 0;
-    // The second set of controls; line and paragraph separators; what turns the direction of writing.
+    // C1 controls, line and paragraph separators, and characters that change the direction of writing.
     const bool acts = code < 0xa0U || code == 0x61cU || (code >= 0x200eU && code <= 0x200fU) ||
                       (code >= 0x2028U && code <= 0x202eU) || (code >= 0x2066U && code <= 0x2069U);
     return acts ? 0 : size;
@@ -44,7 +44,7 @@ std::string printable_line(std::string_view text, std::size_t longest) {
     }
     if (line.size() <= longest) return line;
     constexpr std::string_view left_out = " [...] ";
-    const auto inside = [&line](std::size_t at) {  // of a character
+    const auto inside = [&line](std::size_t at) {  // inside a character
         return (static_cast<unsigned char>(line[at]) & 0xc0U) == 0x80U;
     };
     const std::size_t kept = longest - left_out.size();

@@ -1,5 +1,5 @@
-// The one exception for bad user input (scene, study, mesh, command line). It is caught once, in main, and ends the
-// program with exit status 2; nothing else in trocar throws across an interface.
+// The only exception for bad user input (scene, study, mesh, command line). It is caught once, in main, and ends the
+// program with exit status 2. Nothing else in trocar throws across an interface.
 #pragma once
 
 #include <stdexcept>
@@ -8,9 +8,9 @@
 
 namespace trocar {
 
-/// What a terminal may be shown of text that came from a file: one line of valid UTF-8. Control characters and bytes
-/// that are no UTF-8 become \xNN; beyond `longest` bytes the middle is left out, since the place stands first and what
-/// was found last.
+/// Text from a file as one line of valid UTF-8, safe for a terminal. Control characters and bytes that are not UTF-8
+/// become \xNN. Beyond `longest` bytes the middle is left out, since messages start with the place and end with the
+/// finding.
 std::string printable_line(std::string_view text, std::size_t longest = 400);
 
 /// One printable line: "file: where: expected X, got Y". `where` is a line number, a byte offset or a JSON pointer; may

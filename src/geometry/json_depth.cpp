@@ -10,7 +10,7 @@ bool is_nested_too_deep(std::string_view json) {
     for (std::size_t i = 0; i < json.size(); ++i) {
         const char c = json[i];
         if (in_text) {
-            if (c == '\\') ++i;  // what follows ends no text
+            if (c == '\\') ++i;  // an escaped quote does not end the string
             in_text = c != '"';
         } else if (c == '"') {
             in_text = true;

@@ -1,5 +1,5 @@
-// How deep a JSON text is nested, reported without a parser: documents are walked, copied and freed by functions that
-// call themselves for every level, so that a text which is too deep has to be refused before anything is made of it.
+// Nesting depth of a JSON text, without a parser. Parsing, copying and freeing a document recurse per level, so a text
+// that is too deep must be refused before it is parsed.
 #pragma once
 
 #include <string_view>
@@ -9,8 +9,8 @@ namespace trocar {
 /// Levels of lists and objects that any JSON text may have; the formats of trocar need fewer than 10.
 inline constexpr int deepest_json = 100;
 
-/// Whether lists and objects are open inside each other more than `deepest_json` times at some place. Brackets inside
-/// of texts do not count. What is no JSON gets an answer, too.
+/// Whether lists and objects are nested more than `deepest_json` levels at any place. Brackets inside strings do not
+/// count. Text that is not JSON gets an answer, too.
 bool is_nested_too_deep(std::string_view json);
 
 }  // namespace trocar

@@ -1,4 +1,4 @@
-// Wavefront OBJ: v and f lines. Everything that only decorates (texture, normals, groups, materials) is passed over.
+// Wavefront OBJ: v and f lines. Lines without geometry (texture, normals, groups, materials) are skipped.
 #include <algorithm>
 #include <array>
 
@@ -7,13 +7,13 @@
 namespace trocar::mesh_text {
 namespace {
 
-// Lines that carry no polygon: vertex decoration, points and lines, free-form attributes, grouping, display.
+// Lines without a polygon: vertex attributes, points and lines, free-form attributes, grouping, display.
 constexpr std::array<std::string_view, 38> passed_over{
     "vt",    "vn",    "vp",        "vc",       "p",        "l",   "deg",    "bmat",   "step",   "cstype",
     "parm",  "trim",  "hole",      "scrv",     "sp",       "end", "con",    "g",      "s",      "mg",
     "o",     "bevel", "usemtl",    "c_interp", "d_interp", "lod", "mtllib", "usemap", "maplib", "shadow_obj",
     "ctech", "stech", "trace_obj", "curv",     "curv2",    "csh", "cdc",    "cdp"};
-// Lines that carry a surface which is not made of polygons of this file.
+// Lines with a surface that is not made of polygons of this file.
 constexpr std::array<std::string_view, 5> other_surfaces{"surf", "call", "bzp", "bsp", "res"};
 
 template <std::size_t N>
@@ -21,7 +21,7 @@ bool contains(const std::array<std::string_view, N>& words, std::string_view wor
     return std::find(words.begin(), words.end(), word) != words.end();
 }
 
-/// An index that points behind the vertices read so far; allowed when they follow.
+/// An index beyond the vertices read so far; valid if they follow.
 struct ForwardReference {
     std::int64_t line;
     std::int64_t number;

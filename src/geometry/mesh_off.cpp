@@ -47,7 +47,7 @@ private:
         fail_line(source_, std::max<std::int64_t>(lines_.line_number(), 1), expected, found);
     }
 
-    /// Next line that holds more than blanks and a comment; comments are cut off.
+    /// Next line with content; comments are cut off.
     bool next_content(std::string_view& line) {
         while (lines_.next(line)) {
             const std::size_t comment = line.find('#');
@@ -89,7 +89,8 @@ private:
         return *value;
     }
 
-    /// No memory is taken for counts that so few bytes cannot hold: "0 0 0\n" and "3 0 1 2\n" are the shortest lines.
+    /// Refuses counts that the remaining bytes cannot hold before memory is taken; shortest lines: "0 0 0\n", "3 0 1
+    /// 2\n".
     void check_promise(std::int64_t vertices, std::int64_t faces) const {
         const double least = 6.0 * static_cast<double>(vertices) + 8.0 * static_cast<double>(faces) - 1.0;
         if (least > static_cast<double>(lines_.bytes_left())) {
@@ -129,7 +130,7 @@ private:
             }
             corners_.push_back(static_cast<Index>(*vertex));
         }
-        builder_.add_polygon(corners_);  // what follows on the line is a colour
+        builder_.add_polygon(corners_);  // the rest of the line is a colour
     }
 
     const Source& source_;

@@ -1,5 +1,5 @@
-// PLY, text and binary of both byte orders. Elements and properties other than vertex positions and faces are passed
-// over by their declared types.
+// PLY, text and binary of both byte orders. Elements and properties other than vertex positions and faces are skipped
+// by their declared types.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -81,13 +81,13 @@ struct Header {
     std::vector<Element> elements;
 };
 
-/// Gives the values of the body one after the other, as text or as bytes, and says where it stands.
+/// Reads the values of the body in order, as text or as bytes, and reports the position.
 class Body {
 public:
     Body(const Source& source, LineReader lines, Encoding encoding)
         : source_(source), lines_(lines), encoding_(encoding), byte_(lines.position()) {}
 
-    /// Where messages point and what they call the row.
+    /// Sets the place and the name of the row for messages.
     void begin_row(const Element& element, std::int64_t row) {
         element_ = &element;
         row_ = row;
@@ -155,7 +155,7 @@ public:
         return 0;
     }
 
-    /// Number of entries of a list, which the rest of the file can hold.
+    /// Number of entries of a list. Throws InputError when the rest of the file cannot hold them.
     std::int64_t list_size(const Property& property) {
         const std::int64_t size = whole(property.count_type);
         const std::size_t each = encoding_ == Encoding::text ? 1 : size_of(property.type);
@@ -339,7 +339,7 @@ private:
         header_.elements.back().properties.push_back(std::move(property));
     }
 
-    /// No memory is taken for rows that the file cannot hold.
+    /// Refuses row counts that the file cannot hold before memory is taken.
     void check_promises(const Body& body) const {
         double least = header_.encoding == Encoding::text ? -1.0 : 0.0;  // the last line may lack its end
         for (const Element& element : header_.elements) {
@@ -438,7 +438,7 @@ private:
         if (strips) add_strip();
     }
 
-    /// Triangles of one strip; every second one is turned so that all have the orientation of the first.
+    /// Adds the triangles of one strip; every second one is turned to the orientation of the first.
     void add_strip() {
         for (std::size_t i = 2; i < corners_.size(); ++i) {
             const bool turned = i % 2 == 1;

@@ -14,7 +14,7 @@
 namespace trocar {
 namespace {
 
-/// Sets that merge (union-find with path halving).
+/// Disjoint sets (union-find with path halving).
 class Sets {
 public:
     explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
@@ -34,13 +34,13 @@ struct Side {
     Index low;
     Index high;
     Index triangle;
-    bool forward;  ///< the triangle runs from low to high
+    bool forward;  ///< the triangle's direction is low to high
     bool operator<(const Side& other) const {
         return std::tie(low, high, triangle, forward) < std::tie(other.low, other.high, other.triangle, other.forward);
     }
 };
 
-/// All sides, so that those of one edge stand together.
+/// All sides, sorted so that those of one edge are adjacent.
 std::vector<Side> sorted_sides(const Triangles& triangles) {
     std::vector<Side> sides;
     sides.reserve(3 * static_cast<std::size_t>(triangles.cols()));
@@ -66,7 +66,7 @@ Triangles without_collapsed(const Triangles& triangles) {
     return kept;
 }
 
-/// Place of vertex `v` among the corners of triangle t, as number of that corner in the whole mesh.
+/// Number, among all corners of the mesh, of the corner of triangle t at vertex `v`.
 Index corner_number(const Triangles& triangles, Index t, Index v) {
     for (int corner = 0; corner < 3; ++corner) {
         if (triangles(corner, t) == v) return 3 * t + corner;
@@ -180,7 +180,7 @@ void count_self_intersections(const Matrix3X& vertices, const Triangles& triangl
         count(s, t);
         return true;
     });
-    // What lies in one plane is passed over there: a flat face cut into many would cost a test for every two.
+    // This search skips coplanar pairs; a flat face cut into many would cost a test per pair.
     tests_left = most_tests;
     const auto count_in_one_plane = [&](Index s, Index t) {
         if (tests_left-- == 0) {

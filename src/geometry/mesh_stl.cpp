@@ -1,5 +1,5 @@
-// STL, binary and text. A binary file may begin with "solid" as a text file does; its size reports, since the facet
-// count in the header fixes it to the byte.
+// STL, binary and text. A binary file may begin with "solid" like a text file. Its size decides, since the facet count
+// in the header determines it to the byte.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ std::uint32_t little_endian_u32(const char* bytes) {
     return value;
 }
 
-/// Welds what was read, three vertices a facet.
+/// Welds the facets read, which have three vertices each.
 Mesh welded(MeshBuilder& builder, std::string format) {
     Mesh mesh = builder.finish(std::move(format));
     weld(mesh.vertices, mesh.triangles);
@@ -72,7 +72,7 @@ public:
         do {
             if (!equal_without_case(word, "solid")) fail("'solid'", word);
             builder_.read_unit(rest_);
-            rest_ = {};  // the name may hold any words
+            rest_ = {};  // the name may contain any words
             for (word = token(); !equal_without_case(word, "endsolid"); word = token()) {
                 if (equal_without_case(word, "end")) {  // some programs write it in two words
                     word = token();
@@ -117,7 +117,7 @@ private:
 
     void read_facet() {
         expect("normal");
-        // Redundant, so neither used nor judged: exporters write nan for a facet without area.
+        // Redundant and therefore unused: exporters write nan for a facet without area.
         for (int axis = 0; axis < 3; ++axis) number();
         expect("outer");
         expect("loop");
@@ -152,7 +152,7 @@ bool size_matches_binary(std::string_view text) {
 bool resembles_text(std::string_view text) {
     const std::size_t first = text.find_first_not_of(" \t\r\n");
     if (first == std::string_view::npos || !equal_without_case(text.substr(first, 5), "solid")) return false;
-    // Text holds no control characters; the facet count and the floats of a binary file do.
+    // Text has no control characters; the facet count and the floats of a binary file do.
     const std::string_view start = text.substr(0, 4096);
     return std::none_of(start.begin(), start.end(), [](char c) {
         return static_cast<unsigned char>(c) < 0x20 && c != '\t' && c != '\n' && c != '\r' && c != '\v' && c != '\f';

@@ -20,7 +20,7 @@ char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + '
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Value of a number that from_chars found out of range: zero when its first digit stands below the smallest double.
+/// Value of a number that from_chars found out of range: zero when its first digit is below the smallest double.
 double out_of_range_value(std::string_view number) {
     const bool negative = !number.empty() && number.front() == '-';
     const std::size_t exponent_at = number.find_first_of("eE");

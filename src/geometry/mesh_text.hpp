@@ -1,5 +1,5 @@
-// What the mesh readers share: a walk over lines, numbers parsed without the locale, messages of one line, and the mesh
-// while it grows. Meshes are read through mesh_file.hpp; this is for the readers and for other texts of numbers.
+// Shared parts of the mesh readers: iteration over lines, parsing of numbers without locale, messages of one line,
+// construction of the mesh. Callers that want a mesh use mesh_file.hpp.
 #pragma once
 
 #include <cstdint>
@@ -25,14 +25,14 @@ std::string quoted(std::string_view token);
 [[noreturn]] void fail_line(const Source& source, std::int64_t line, std::string_view expected, std::string_view found);
 [[noreturn]] void fail_byte(const Source& source, std::size_t byte, std::string_view expected, std::string_view found);
 
-/// Walks over lines that end in LF, CRLF or CR; the last one may lack its end.
+/// Iterates over lines that end in LF, CRLF or CR; the last one may lack its end.
 class LineReader {
 public:
     explicit LineReader(std::string_view text) : text_(text) {}
     /// False at the end of the text.
     bool next(std::string_view& line);
-    [[nodiscard]] std::int64_t line_number() const { return line_number_; }  ///< of the line last given, from 1
-    [[nodiscard]] std::size_t position() const { return position_; }         ///< byte behind that line's end
+    [[nodiscard]] std::int64_t line_number() const { return line_number_; }  ///< of the last line, from 1
+    [[nodiscard]] std::size_t position() const { return position_; }         ///< byte behind the last line's end
     [[nodiscard]] std::size_t bytes_left() const { return text_.size() - position_; }
 
 private:
@@ -41,44 +41,43 @@ private:
     std::int64_t line_number_ = 0;
 };
 
-/// Cuts the next token off the front of `rest` (separated by blanks and tabs); empty when there is none.
+/// Removes and returns the next token of `rest` (separated by blanks and tabs); empty when there is none.
 std::string_view next_token(std::string_view& rest);
 
-/// The whole token as a decimal number; a leading + is allowed, overflow gives infinity and underflow zero.
+/// The whole token as a decimal number, else empty. A + in front is allowed, overflow gives infinity, underflow zero.
 std::optional<double> parse_double(std::string_view token);
 std::optional<std::int64_t> parse_integer(std::string_view token);
 
-/// The token as a finite number, or an InputError with the line.
+/// The token as a finite number. Throws InputError with the line.
 double finite_number(const Source& source, std::int64_t line, std::string_view token);
 
-/// Same letters, A to Z without case.
+/// Equality that ignores the case of A to Z.
 bool equal_without_case(std::string_view a, std::string_view b);
 
 /// Unit in a text such as "units: mm" or "File units = meters"; empty when there is none.
 std::string stated_unit(std::string_view comment);
 
-/// Vertices and triangles in file order while the file is read.
-/// Throws InputError from the vertex or triangle on that is one too many (geometry/size_limits.hpp, and what an Index
-/// holds).
+/// Vertices and triangles in file order while the file is read. Throws InputError at the first vertex or triangle
+/// beyond the limit (geometry/size_limits.hpp, and the range of Index).
 class MeshBuilder {
 public:
     explicit MeshBuilder(const Source& source);
     void reserve(std::size_t vertices, std::size_t triangles);
     void add_vertex(double x, double y, double z);
-    /// Fan-split in order. Precondition: at least three corners.
+    /// Splits into a fan, in order. Precondition: at least three corners.
     void add_polygon(std::span<const Index> corners);
     void add_triangle(Index a, Index b, Index c);
     void read_unit(std::string_view comment);
     [[nodiscard]] std::int64_t vertex_count() const { return static_cast<std::int64_t>(coordinates_.size() / 3); }
     [[nodiscard]] std::int64_t triangle_count() const { return static_cast<std::int64_t>(corners_.size() / 3); }
-    /// Hands the mesh over.
+    /// Moves the mesh out.
     Mesh finish(std::string format);
 
 private:
     [[noreturn]] void refuse_size() const;
 
     const Source& source_;
-    std::size_t most_coordinates_;  ///< sizes beyond these are refused as soon as they are reached
+    std::size_t most_coordinates_;  ///< larger sizes are refused at once
     std::size_t most_corners_;
     std::vector<double> coordinates_;
     std::vector<Index> corners_;

@@ -1,5 +1,5 @@
 // VRML 2.0 (ISO/IEC 14772, "VRML97"): the scene graph's IndexedFaceSets in world coordinates of the file. Transform,
-// grouping nodes, Switch, LOD and DEF/USE are followed; prototypes, scripts, routes and looks are passed over.
+// grouping nodes, Switch, LOD and DEF/USE are evaluated. Prototypes, scripts, routes and appearance are skipped.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace trocar::mesh_text {
 namespace {
 
-// Limits against files made to exhaust stack or memory (nested brackets; DEF/USE that doubles at every level).
+// Limits against files that would exhaust stack or memory (nested brackets; DEF/USE that doubles at every level).
 constexpr int deepest_nesting = 500;
 constexpr std::int64_t most_visits = 10'000'000;
 constexpr std::int64_t most_vertices = 200'000'000;
@@ -127,7 +127,7 @@ private:
     Token token_;
 };
 
-/// A node's field: numbers (TRUE is 1, FALSE 0), or nodes by number; -1 stands for NULL.
+/// A node's field: numbers (TRUE is 1, FALSE 0), or nodes by number; -1 is NULL.
 struct Value {
     std::vector<double> numbers;
     std::vector<std::int64_t> lines;  ///< of each number
@@ -185,7 +185,7 @@ private:
         return token;
     }
 
-    /// From the bracket that comes next to its partner.
+    /// Skips from the next bracket to its partner.
     void skip_bracket(char open) {
         const Token first = lexer_.take();
         if (!first.is(open)) fail(first.line, fmt::format("'{}'", open), described(first));
@@ -205,7 +205,7 @@ private:
         }
     }
 
-    /// PROTO, EXTERNPROTO and ROUTE, which may stand wherever a node or a field may.
+    /// PROTO, EXTERNPROTO and ROUTE, which are valid wherever a node or a field is.
     bool skip_statement() {
         if (lexer_.peek().is("ROUTE")) {
             lexer_.take();
@@ -230,7 +230,7 @@ private:
         return true;
     }
 
-    /// [DEF name] Type { … } or USE name or NULL; gives the node's number.
+    /// [DEF name] Type { … } or USE name or NULL; returns the node's number.
     int parse_node(int depth) {
         Token token = expect_word("a node");
         if (depth > deepest_nesting) {
@@ -310,7 +310,7 @@ private:
         }
     }
 
-    /// A number or a string, if one comes next; strings are of no use here.
+    /// Reads a number or skips a string, if one comes next; else false.
     bool parse_plain(Value& value) {
         const Token& next = lexer_.peek();
         if (next.kind == TokenKind::number) {
@@ -420,9 +420,10 @@ private:
         }
     }
 
-    /// A surface or a group below a field that is no place for it (a misspelt one) would be left out without a word.
+    /// Reports a surface or a group in a field that does not take it (a misspelt name), which would be left out
+    /// silently.
     void report_unread_geometry(const Node& node) {
-        if (node.type == "Script") return;  // refers to nodes that stand elsewhere
+        if (node.type == "Script") return;  // refers to nodes in other places
         constexpr std::array<std::string_view, 5> read{"children", "geometry", "choice", "level", "proxy"};
         constexpr std::array<std::string_view, 10> holders{"Shape",     "Transform",     "Group",  "Anchor",
                                                            "Collision", "Billboard",     "Switch", "LOD",
@@ -501,7 +502,7 @@ private:
         return count;
     }
 
-    /// Takes `corners_` as one polygon; a face set with ccw FALSE lists them clockwise, so each triangle is turned.
+    /// Adds `corners_` as one polygon. A face set with ccw FALSE lists them clockwise, so each triangle is turned.
     void add_polygon(std::int64_t line, bool counter_clockwise) {
         if (corners_.empty()) return;
         if (corners_.size() < 3) fail(line, "a face of at least 3 corners", std::to_string(corners_.size()));

@@ -1,4 +1,4 @@
-// Whether a text is a number, asked in one way by all who are given numbers in texts.
+// Parsing of numbers in texts, with one rule for all callers.
 #pragma once
 
 #include <charconv>
@@ -8,8 +8,8 @@
 
 namespace trocar {
 
-/// The number that the whole text is, in the words of std::from_chars: no blanks, no leading +, "inf" and "nan" for a
-/// double. Nothing where it is none or one that the type cannot hold.
+/// The number that the whole text represents, by the rules of std::from_chars: no blanks, no + in front, "inf" and
+/// "nan" for a double. Empty for any other text and for numbers out of range.
 template <typename Number>
 std::optional<Number> number_of_text(std::string_view text) {
     Number value{};

@@ -1,6 +1,6 @@
-// The truth about triangle pairs, on purpose without a line in common with exact.cpp: the common point set is
-// constructed in rational numbers (big integers over a common denominator), then examined. Only pairs that a crude
-// floating-point bound decides with a wide margin are spared the construction.
+// Truth about triangle pairs; shares no code with exact.cpp on purpose. It constructs the common point set in rational
+// numbers (big integers over a common denominator) and classifies it. Only pairs that a crude floating-point bound
+// decides with a wide margin skip the construction.
 #include <algorithm>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
@@ -27,7 +27,7 @@ struct BigTriangle {
     BigVector normal;
 };
 
-/// Both triangles on one integer grid: multiplied by the power of two that makes every coordinate whole.
+/// Both triangles on one integer grid: scaled by the power of two that makes every coordinate integer.
 std::array<BigTriangle, 2> on_grid(const Corners& first, const Corners& second) {
     int lowest = std::numeric_limits<int>::max();
     for (const Corners* t : {&first, &second}) {
@@ -73,7 +73,7 @@ struct Bound {
     Big offset;
     bool plane = false;
 };
-/// Of normal·x - offset, times the positive denominator.
+/// normal·x - offset, times the positive denominator.
 Big excess(const Bound& bound, const Point& p) { return dot(bound.normal, p.numerator) - bound.offset * p.denominator; }
 
 /// Convex hull of `points` (in ring order) cut with the bound; Sutherland and Hodgman 1974.
@@ -86,7 +86,7 @@ std::vector<Point> cut(const std::vector<Point>& points, const Bound& bound) {
         const Big b = excess(bound, next);
         if (a == 0 || (a < 0 && !bound.plane)) kept.push_back(here);
         if ((a < 0 && b > 0) || (a > 0 && b < 0)) {
-            // a and b carry their points' denominators, so that they weight the numerators as they stand.
+            // a and b include their points' denominators, so they are weights of the numerators.
             Point crossing;
             crossing.denominator = a * next.denominator - b * here.denominator;
             for (std::size_t k = 0; k < 3; ++k) crossing.numerator[k] = a * next.numerator[k] - b * here.numerator[k];
@@ -102,7 +102,7 @@ std::vector<Point> cut(const std::vector<Point>& points, const Bound& bound) {
 
 std::vector<Point> ring(const BigTriangle& t) { return {{t.corner[0], 1}, {t.corner[1], 1}, {t.corner[2], 1}}; }
 
-/// Common points of `cutter` (with area) and any other triangle: corners of a convex set, repeats possible.
+/// Common points of `cutter` (with area) and any other triangle: corners of a convex set, possibly repeated.
 std::vector<Point> common_points(const BigTriangle& cutter, const BigTriangle& other) {
     std::vector<Point> points = cut(ring(other), {cutter.normal, dot(cutter.normal, cutter.corner[0]), true});
     for (std::size_t i = 0; i < 3; ++i) {
@@ -113,7 +113,7 @@ std::vector<Point> common_points(const BigTriangle& cutter, const BigTriangle& o
     return points;
 }
 
-/// The longest side holds a triangle without area.
+/// The longest side; it contains a triangle without area.
 std::array<BigVector, 2> longest_side(const BigTriangle& t) {
     std::size_t best = 0;
     Big best_length = -1;
@@ -190,9 +190,9 @@ PairClass class_of(const std::vector<Point>& points, const BigTriangle& first, c
 
 double determinant(const Vector3& a, const Vector3& b, const Vector3& c) { return a.dot(b.cross(c)); }
 
-/// PairClass::disjoint or transversal where double arithmetic leaves no doubt, else nothing. A determinant of three
-/// corner differences, each at most `query_distance` long in every coordinate, has 6 terms of at most reach^3 and an
-/// error below 1e-14·reach^3; ten times that is demanded.
+/// PairClass::disjoint or transversal where double arithmetic is certain, else empty. A determinant of three corner
+/// differences, each at most `query_distance` in every coordinate, has 6 terms of at most `query_distance`³. Its error
+/// is below 1e-14·`query_distance`³; the test requires ten times that.
 std::optional<PairClass> obvious_class(const Corners& first, const Corners& second) {
     Vector3 low = first[0];
     Vector3 high = first[0];
@@ -207,7 +207,7 @@ std::optional<PairClass> obvious_class(const Corners& first, const Corners& seco
     const double doubt = 1e-13 * query_distance * query_distance * query_distance;
     const std::array<const Corners*, 2> triangle{&first, &second};
     for (std::size_t k = 0; k < 2; ++k) {
-        // A normal component beyond doubt: the triangle has an area.
+        // A normal component is certainly not zero: the triangle has an area.
         const Corners& t = *triangle[k];
         if ((t[1] - t[0]).cross(t[2] - t[0]).cwiseAbs().maxCoeff() <= 1e-13 * query_distance * query_distance)
             return std::nullopt;
@@ -225,7 +225,7 @@ std::optional<PairClass> obvious_class(const Corners& first, const Corners& seco
         }
         if (above == 3 || below == 3) return PairClass::disjoint;
     }
-    // An edge that goes through the inside of the other triangle.
+    // An edge that passes through the inside of the other triangle.
     for (std::size_t k = 0; k < 2; ++k) {
         const Corners& t = *triangle[k];
         const Corners& face = *triangle[1 - k];
@@ -244,7 +244,7 @@ std::optional<PairClass> obvious_class(const Corners& first, const Corners& seco
             if (left == 3 || right == 3) return PairClass::transversal;
         }
     }
-    // A plane that holds an edge of each direction parts them: normal e×f, both triangles on different sides of it.
+    // Separating plane with normal e×f, which contains the directions of one edge of each triangle.
     for (std::size_t i = 0; i < 3; ++i) {
         for (std::size_t j = 0; j < 3; ++j) {
             const Vector3 axis = (first[(i + 1) % 3] - first[i]).cross(second[(j + 1) % 3] - second[j]);

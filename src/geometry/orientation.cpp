@@ -18,7 +18,7 @@ struct ShellSide {
     Index low;
     Index high;
     Index triangle;
-    bool forward;  ///< the triangle runs from low to high
+    bool forward;  ///< the triangle's direction is low to high
     bool operator<(const ShellSide& other) const {
         return std::tie(low, high, triangle) < std::tie(other.low, other.high, other.triangle);
     }
@@ -39,13 +39,13 @@ std::vector<ShellSide> shell_sides(const Triangles& triangles) {
     return sides;
 }
 
-/// A neighbour across an edge, and whether the two run along it the same way (which they should not).
+/// A neighbour across an edge, and whether both traverse it in the same direction, which is an error.
 struct Neighbour {
     Index triangle;
     bool disagrees;
 };
 
-/// Shells of the mesh with, for each triangle, whether it is turned against the first one of its shell.
+/// Shells of the mesh. For each triangle: whether it is turned relative to the first one of its shell.
 class Shells {
 public:
     explicit Shells(Index triangles)
@@ -122,7 +122,7 @@ OrientationReport orientation_of(const Matrix3X& given_vertices, const Triangles
         } else if (count == 2) {
             shells.connect(*begin, *(begin + 1));
         } else {
-            // Round an edge with more than two triangles, those that run opposite ways belong together.
+            // At an edge with more than two triangles, those of opposite directions belong together.
             const auto opposite =
                 std::find_if(begin + 1, end, [&](const ShellSide& side) { return side.forward != begin->forward; });
             for (auto side = begin + 1; side != end; ++side) {
@@ -163,7 +163,7 @@ OrientationReport orientation_of(const Matrix3X& given_vertices, const Triangles
             six_volumes += a.dot(b.cross(c));
             twice_area += (b - a).cross(c - a).norm();
         }
-        // Two sheets on each other enclose rounding.
+        // Two coincident sheets enclose a volume by rounding only.
         constexpr double no_volume = 1e-12;
         const double rounding = no_volume * std::pow(0.5 * twice_area, 1.5);
         const double volume = six_volumes / 6.0;
@@ -196,7 +196,7 @@ double winding_number(const Matrix3X& vertices, const Triangles& triangles, cons
 bool is_cavity(const Matrix3X& vertices, const Triangles& triangles, const ShellInsideOut& shell) {
     const auto corners = triangles.col(shell.triangles.front());
     const Vector3 middle = (vertices.col(corners[0]) + vertices.col(corners[1]) + vertices.col(corners[2])) / 3.0;
-    // One that touches the surface round it (a half there) is one too.
+    // A shell that touches the surrounding surface (winding number one half there) is a cavity too.
     constexpr double surrounded = 0.25;
     return shell.volume < 0.0 && winding_number(vertices, triangles, middle, shell.triangles) > surrounded;
 }
@@ -214,7 +214,7 @@ Triangles mended(const Matrix3X& vertices, const Triangles& triangles) {
         for (const Index t : list) std::swap(result(1, t), result(2, t));
     };
     turn(orientation_of(vertices, result).to_turn);
-    // The large ones first: whether a small one is a cavity depends on what surrounds it.
+    // Large ones first: whether a small one is a cavity depends on what surrounds it.
     std::vector<ShellInsideOut> inside_out = orientation_of(vertices, result).inside_out;
     std::sort(inside_out.begin(), inside_out.end(),
               [](const ShellInsideOut& a, const ShellInsideOut& b) { return a.volume < b.volume; });

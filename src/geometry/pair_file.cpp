@@ -13,10 +13,10 @@
 namespace trocar {
 namespace {
 
-/// A line has so many words at most: two triangles, truth and class.
+/// Most words of a line: two triangles, truth and class.
 constexpr std::size_t most_words = 20;
 
-/// Of a line with more words one more than it may have.
+/// Returns at most one word more than a line may have.
 std::vector<std::string_view> words_of(std::string_view line) {
     constexpr std::string_view blanks = " \t\r\v\f";
     std::vector<std::string_view> words;
@@ -29,13 +29,13 @@ std::vector<std::string_view> words_of(std::string_view line) {
     return words;
 }
 
-/// The double nearest to the decimal number `word`; nothing if it is not a number or not finite.
+/// The double nearest to the decimal number `word`; empty if it is not a number or not finite.
 std::optional<double> finite_number(std::string_view word) {
     if (word.starts_with('+')) word.remove_prefix(1);
     double value = 0.0;
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     if (end != word.data() + word.size() || word.empty()) return std::nullopt;
-    // Out of range is too large, or so small that it rounds to 0 or to a subnormal number.
+    // Out of range means too large, or so small that it rounds to 0 or to a subnormal number.
     if (error == std::errc::result_out_of_range) value = std::strtod(std::string(word).c_str(), nullptr);
     if ((error != std::errc{} && error != std::errc::result_out_of_range) || !std::isfinite(value)) return std::nullopt;
     return value;

@@ -1,4 +1,4 @@
-// Text files of triangle pairs, one a line, for the triangle test and for the families of hard pairs.
+// Text files of triangle pairs, one per line, for the triangle test and for the families of hard pairs.
 #pragma once
 
 #include <array>
@@ -23,8 +23,8 @@ struct PairLine {
     std::optional<PairClass> pair_class;
 };
 
-/// 18 numbers a line, then optionally truth (0 or 1) and the class; empty lines are skipped. Throws InputError with the
-/// line number.
+/// 18 numbers per line, then optionally truth (0 or 1) and the class; empty lines are skipped. Throws InputError with
+/// the line number.
 std::vector<PairLine> read_pair_file(const std::filesystem::path& path);
 
 }  // namespace trocar

@@ -11,7 +11,7 @@
 namespace trocar {
 namespace {
 
-/// A node whose second-longest extent is at most this part of its longest gets a box along its own axes.
+/// A node gets an oriented box when its second-longest extent is at most this fraction of its longest.
 constexpr double thin_part = 0.125;
 
 bool holds(const std::array<Index, 3>& vertices, Index v) {
@@ -23,7 +23,7 @@ Vector3 unit_or_zero(const Vector3& v) {
     return length > 1e-150 && std::isfinite(length) ? Vector3(v / length) : Vector3(Vector3::Zero());
 }
 
-/// Three points on one line, exactly: so is every projection to a plane of two axes.
+/// Three points on one line, exactly: so are their projections to every coordinate plane.
 bool on_one_line(const Vector3& a, const Vector3& b, const Vector3& c) {
     for (const Vector3& aside : {Vector3(1, 0, 0), Vector3(0, 1, 0), Vector3(0, 0, 1)}) {
         Vector3 p = a;
@@ -58,7 +58,7 @@ Vector3 PairsApart::centre(Index triangle) const {
     return 0.5 * box.min + 0.5 * box.max;
 }
 
-/// Halves by the middle of the boxes along the longest side of what they span. Depth is log2 of the count.
+/// Splits at the median of the boxes' centres along the longest side of their union. Depth is log2 of the count.
 Index PairsApart::build(Index begin, Index end) {
     const auto number = static_cast<Index>(nodes_.size());
     nodes_.emplace_back();
@@ -91,7 +91,7 @@ Index PairsApart::build(Index begin, Index end) {
         const Index v = node(low).common[k];
         made.common[k] = holds(node(high).common, v) ? v : -1;
     }
-    // Three points that are not on a line report a plane: one triangle stands for all of its half.
+    // Three points not on a line define a plane: one triangle represents all of its half.
     if (node(low).plane >= 0 && node(high).plane >= 0 && in_one_plane(node(low).plane, node(high).plane)) {
         made.plane = node(low).plane;
     }
@@ -109,7 +109,7 @@ bool PairsApart::in_one_plane(Index face, Index other) const {
     return true;
 }
 
-/// Along the longest side of a triangle.
+/// Oriented along the longest side of a triangle.
 PairsApart::Slanted PairsApart::box_along(const Node& of, Index t) const {
     Vector3 along = Vector3::Zero();
     for (int corner = 0; corner < 3; ++corner) {
@@ -149,11 +149,11 @@ PairsApart::Slanted PairsApart::box_along(const Node& of, Index t) const {
 void PairsApart::find_slanted(Node& made) {
     const Index t = order_[static_cast<std::size_t>(made.first)];
     const Box& box = boxes_[static_cast<std::size_t>(t)];
-    // Most nodes are reported at their first triangle: it is not long for the node.
+    // Cheap exit for most nodes: their first triangle is short relative to the node.
     if ((box.max - box.min).maxCoeff() < 0.25 * (made.box.max - made.box.min).maxCoeff()) return;
     const Slanted slanted = box_along(made, t);
     if (std::max(slanted.half[1], slanted.half[2]) > thin_part * slanted.half[0]) return;
-    // Three axes that are none or not at right angles bound nothing.
+    // Axes that are zero or not orthogonal bound nothing.
     if (!(slanted.axes * slanted.axes.transpose()).isApprox(Matrix3::Identity(), 1e-12)) return;
     made.slanted = static_cast<Index>(slanted_.size());
     slanted_.push_back(slanted);
@@ -164,11 +164,11 @@ PairsApart::Slanted PairsApart::own_box(const Node& of) const {
     return {Matrix3::Identity(), 0.5 * of.box.min + 0.5 * of.box.max - middle_, 0.5 * (of.box.max - of.box.min)};
 }
 
-/// By the directions of the faces of both boxes (Gottschalk, Lin and Manocha 1996 without their edges).
+/// Separation by the face directions of both boxes (Gottschalk, Lin and Manocha 1996 without their edges).
 bool PairsApart::apart_along_own_axes(const Node& first, const Node& second) const {
     const Slanted a = own_box(first);
     const Slanted b = own_box(second);
-    // Far above what rounding of differences within the whole may do.
+    // Far above the rounding of differences within the mesh.
     const double margin = 1e-12 * size_;
     if (!(margin > 1e-280)) return false;
     for (const Matrix3* axes : {&a.axes, &b.axes}) {

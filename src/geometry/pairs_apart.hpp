@@ -1,5 +1,5 @@
-// Every two triangles of one mesh that may meet though they have no vertex in common, without a list of them: a tree of
-// boxes held against itself.
+// Pairs of triangles of one mesh that may meet and have no common vertex, found by a box tree traversed against itself.
+// No list of them is stored.
 #pragma once
 
 #include <array>
@@ -10,16 +10,16 @@
 
 namespace trocar {
 
-/// What a mesh is full of is passed over as one, not pair by pair: triangles that share a vertex (a fan, duplicates on
-/// each other), and triangles with area that lie in one plane, exactly (a flat face cut into many). Long thin triangles
-/// are held apart by boxes along their own axes.
+/// Two kinds of subtree pairs are skipped as a whole. The first is triangles that share a vertex (a fan, duplicates).
+/// The second is triangles with area that lie exactly in one plane (a flat face cut into many). Boxes along their own
+/// axes separate long thin triangles.
 class PairsApart {
 public:
-    /// Both outlive the object. No triangle has two corners of the same number.
+    /// Both arguments must outlive the object. Precondition: the three vertex numbers of a triangle differ.
     PairsApart(const Matrix3X& vertices, const Triangles& triangles);
 
-    /// Calls use(s, t) for each pair whose boxes overlap; ends early when it returns false. Returns how many pairs of
-    /// nodes it has examined. `one_plane_too`: also those that lie in one plane.
+    /// Calls use(s, t) for each pair whose boxes overlap; ends early when it returns false. Returns the number of node
+    /// pairs visited. `one_plane_too`: includes pairs that lie in one plane.
     template <typename Use>
     std::int64_t for_each(const Use& use, bool one_plane_too = false) const {
         std::int64_t examined = 0;
@@ -50,18 +50,18 @@ public:
     }
 
 private:
-    /// Vertices that all triangles below share, -1 where there are fewer than three.
+    /// Vertices common to all triangles below; -1 fills up to three.
     using Common = std::array<Index, 3>;
     struct Node {
         Box box;
         Common common{-1, -1, -1};
         Index first = 0;  ///< into order_
         Index count = 1;
-        Index second = -1;   ///< node of the upper half; the lower half follows at once; -1: one triangle
-        Index plane = -1;    ///< a triangle with area in whose plane all triangles below lie, each with area; -1: none
+        Index second = -1;   ///< node of the upper half; the lower half follows this node; -1: one triangle
+        Index plane = -1;    ///< a triangle whose plane holds all triangles below, each with area; -1: none
         Index slanted = -1;  ///< into slanted_
     };
-    /// A box along axes of its own, unit vectors up to rounding; from middle_.
+    /// An oriented box; axes are unit vectors up to rounding, coordinates are relative to middle_.
     struct Slanted {
         Matrix3 axes;  ///< rows
         Vector3 middle;
@@ -82,7 +82,7 @@ private:
     const Triangles& triangles_;
     std::vector<Box> boxes_;  ///< per triangle
     Vector3 middle_ = Vector3::Zero();
-    double size_ = 0.0;  ///< across the whole
+    double size_ = 0.0;  ///< size of the whole mesh
     std::vector<Index> order_;
     std::vector<Node> nodes_;
     std::vector<Slanted> slanted_;

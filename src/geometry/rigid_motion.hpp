@@ -9,9 +9,9 @@ struct RigidMotion {
     Vector3 translation = Vector3::Zero();  ///< m, after the rotation
 };
 
-/// The motion that takes the points `from` nearest to `to` (both 3×n, m, n >= 1; least squares; W. Kabsch 1976, "A
-/// solution for the best rotation to relate two sets of vectors", by the SVD of the covariance). Where points leave the
-/// rotation open (fewer than three, or all on a line), one of those that fit.
+/// Rigid motion that maps `from` nearest to `to` in least squares (both 3×n, m, n >= 1). Computed by the SVD of the
+/// covariance (W. Kabsch 1976, "A solution for the best rotation to relate two sets of vectors"). Returns any one of
+/// the solutions where the points are fewer than three or lie on a line.
 RigidMotion rigid_motion(const Eigen::Ref<const Matrix3X>& from, const Eigen::Ref<const Matrix3X>& to);
 
 }  // namespace trocar

@@ -5,7 +5,7 @@
 namespace trocar {
 namespace {
 
-/// +1 when x lies inside the tetrahedron and its corners are positively oriented, -1 inside the other way, 0 outside.
+/// +1 when x lies inside a positively oriented tetrahedron, -1 inside a negatively oriented one, 0 outside.
 int inside_tetrahedron(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& d, const Vector3& x) {
     const int whole = orientation_sign(a, b, c, d);
     if (whole == 0) return 0;
@@ -25,7 +25,7 @@ int segment_crossing(const Vector3& from, const Vector3& to, const Vector3& a, c
     const int s1 = orientation_sign(from, to, a, b);
     const int s2 = orientation_sign(from, to, b, c);
     const int s3 = orientation_sign(from, to, c, a);
-    // Not all three are 0: the line meets the plane in one point, which is on no more than two of the edges' lines.
+    // Not all three are 0: the line meets the plane in one point, which is on at most two of the edges' lines.
     if (s1 != s2 || s2 != s3) return 0;
     return start < end ? 1 : -1;
 }
@@ -36,10 +36,10 @@ int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const C
     Corners now = p;
     int sum = 0;
     for (const std::size_t i : order) {
-        // The corner moves along now[i] → q[i]: the triangle sweeps this tetrahedron. It is positively oriented in
-        // the sense of orientation_sign when the corner moves to the back of the triangle.
+        // The corner moves along now[i] → q[i], so the triangle sweeps this tetrahedron. It is positively oriented, in
+        // the sense of orientation_sign, when the corner moves to the back of the triangle.
         const int sign = inside_tetrahedron(now[0], now[1], now[2], q[i], x);
-        // Moving to the back (+1): the point was behind and is now in front, which is -1.
+        // Motion to the back (+1): the point was behind and is now in front, which counts -1.
         sum -= sign;
         now[i] = q[i];
     }

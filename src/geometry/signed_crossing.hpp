@@ -1,6 +1,6 @@
-// Signed crossings of points with triangle surfaces, by exact signs of volumes: no crossing is lost or counted twice
-// where triangles meet, so that a sum of them is a side. The winding number of a closed surface (orientation.hpp) is
-// the second way to the same answer.
+// Signed crossings of points with triangle surfaces, by exact signs of volumes. No crossing is lost or counted twice
+// where triangles meet, so their sum gives the side. The winding number of a closed surface (orientation.hpp) is an
+// independent method for the same answer.
 #pragma once
 
 #include <array>
@@ -10,12 +10,12 @@
 
 namespace trocar {
 
-/// +1 when the segment goes from the front of the triangle to its back, -1 the other way, 0 without crossing.
+/// +1 when the segment goes from the front of the triangle to its back, -1 from back to front, 0 without crossing.
 [[nodiscard]] int segment_crossing(const Vector3& from, const Vector3& to, const Vector3& a, const Vector3& b,
                                    const Vector3& c);
 
-/// Crossing of a point at rest by a triangle whose corners move from `p` to `q`, one after the other in the order of
-/// their numbers. Front to back of the point counts +1: the triangle passes over it along its normal.
+/// Crossing of a point at rest by a triangle whose corners move from `p` to `q`, one after the other in ascending order
+/// of `number`. +1 when the triangle passes over the point along its normal.
 [[nodiscard]] int sweep_crossing(const Vector3& x, const std::array<Index, 3>& number, const Corners& p,
                                  const Corners& q);
 

@@ -1,4 +1,4 @@
-// The one way to list a kernel's versions: one per instruction set that this program was compiled for and this CPU has.
+// Lists a kernel's versions: one per instruction set that this program was compiled for and this CPU has.
 #pragma once
 
 #include <hwy/targets.h>
@@ -8,8 +8,8 @@
 
 namespace trocar {
 
-/// What `version_of(name)` gives while HWY_DYNAMIC_DISPATCH means the instruction set of that name: the best one first,
-/// Highway's scalar target last.
+/// Results of `version_of(name)`, called while HWY_DYNAMIC_DISPATCH selects the instruction set of that name. Best one
+/// first, Highway's scalar target last.
 template <typename VersionOf>
 auto versions_by_target(const VersionOf& version_of) {
     std::vector<decltype(version_of(""))> versions;

@@ -73,7 +73,7 @@ void SurfaceTree::visit(const Box& box, const double& squared_query_distance, co
     while (!open.empty()) {
         const auto [number, gap] = open.back();
         open.pop_back();
-        // Rounding may put a triangle a hair nearer than its box.
+        // By rounding, a triangle can be slightly nearer than its box.
         if (gap > squared_query_distance * (1.0 + 1e-12)) continue;
         const Node& node = nodes_[at(number)];
         if (node.second >= 0) {

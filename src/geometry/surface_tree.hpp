@@ -1,7 +1,5 @@
-// Triangles in a tree of boxes, for questions outside of a tick: what a source asks at the start of a run, and where
-// two bodies came nearest. With two organs of seventy thousand triangles each, asking every vertex or triangle of the
-// one about every triangle of the other took half a minute. Truth has a tree of its own (measure/ray_tree.hpp), so that
-// no mistake is shared.
+// Box tree of triangles, for queries outside of a tick: initialisation of contact generators, and the closest place of
+// two bodies. Truth has its own tree (measure/ray_tree.hpp), so that the two share no mistake.
 #pragma once
 
 #include <vector>
@@ -12,24 +10,24 @@
 namespace trocar {
 
 [[nodiscard]] Box box_of(const Corners& corners);
-/// m² between two boxes; 0 where they overlap, infinite for an empty one.
+/// Squared distance (m²) of two boxes; 0 where they overlap, infinite for an empty one.
 [[nodiscard]] double squared_gap(const Box& a, const Box& b);
 
 class SurfaceTree {
 public:
-    /// Of the chosen triangles where they are in `position`; `triangles` and `position` have to stay. Their corners are
-    /// finite.
+    /// Tree of the `chosen` triangles at `position`. `triangles` and `position` must outlive it. Precondition: finite
+    /// corners.
     SurfaceTree(const Triangles& triangles, std::vector<Index> chosen, const Matrix3X& position);
 
-    /// Of all its triangles.
+    /// Box of all chosen triangles.
     [[nodiscard]] const Box& box() const { return nodes_.front().box; }
     /// Sum of signed crossings of the segment (segment_crossing of signed_crossing.hpp): +1 for each from front to
     /// back.
     [[nodiscard]] int crossings(const Vector3& from, const Vector3& to) const;
-    /// The triangle nearest to x; of several the one with the least number; -1 where there is none.
+    /// The triangle nearest to x, the lowest number of several; -1 for an empty tree.
     [[nodiscard]] Index nearest(const Vector3& x) const;
-    /// Distance (m) of a triangle that meets none of these to the nearest of them; `query_distance` where none is
-    /// nearer.
+    /// Distance (m) of `triangle` to the nearest one of the tree, at most `query_distance` (m). Precondition: it
+    /// intersects none.
     [[nodiscard]] double distance_to(const Corners& triangle, double query_distance) const;
 
 private:
@@ -37,12 +35,13 @@ private:
         Box box;
         Index first = 0;  ///< into order_
         Index count = 0;
-        Index second = -1;  ///< the other child, the first one follows its parent; -1: a leaf
+        Index second = -1;  ///< the second child; the first one follows its parent; -1: a leaf
     };
     [[nodiscard]] Corners corners(Index triangle) const;
     void build(Index first, Index count);
-    /// act(triangle, corners) for every triangle whose box comes within the root of `squared_query_distance` (m²) of
-    /// this box, and for some others, near ones first. `squared_query_distance` is read anew each time.
+    /// Calls act(triangle, corners) for every triangle whose box is within the root of `squared_query_distance` (m²) of
+    /// `box`, and for some others, near ones first. `squared_query_distance` is re-read before each call, so that `act`
+    /// can lower it.
     template <typename Act>
     void visit(const Box& box, const double& squared_query_distance, const Act& act) const;
 

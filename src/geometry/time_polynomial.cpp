@@ -101,7 +101,7 @@ int Root::sign_of(const Polynomial& other) {
     if (other.is_zero()) return 0;
     Big slope = 0;  // no value in [0, 1] changes faster
     for (std::size_t i = 1; i < other.coefficient.size(); ++i) slope += abs(other.coefficient[i]) * i;
-    // A common factor is dear to find and rare: first see whether a fine interval reports the sign.
+    // A common factor is rare and costly to find: first test whether a fine interval decides the sign.
     constexpr unsigned fine = 60;
     for (bool may_vanish = true;;) {
         const Big value = scaled_value(other, low_);
@@ -136,7 +136,7 @@ void Root::refine() {
 
 Roots::Roots(Polynomial polynomial) : polynomial_(std::move(polynomial)) {
     make_chain();
-    // The chain ends with the factors that occur more than once.
+    // The chain ends with the repeated factors.
     if (!chain_.empty() && chain_.back().degree() > 0) {
         polynomial_ = divide(polynomial_, chain_.back()).first;
         make_chain();
@@ -177,7 +177,7 @@ int Roots::variations(const Dyadic& at) const {
     return count;
 }
 
-/// Among the roots r with low < r <= low + 2^-exponent.
+/// The first accepted root r with low < r <= low + 2^-exponent.
 std::optional<double> Roots::first_between(const Dyadic& low, const Accepted& accepted) const {
     const Dyadic high{low.numerator + 1, low.exponent};
     const int count = variations(low) - variations(high);

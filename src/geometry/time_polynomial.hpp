@@ -1,6 +1,5 @@
 // Polynomials in time with integer coefficients of any size, and their roots within a tick, isolated by Sturm
-// sequences: what the last stage of the continuous test (continuous_exact.hpp) decides on. Nothing here is rounded or
-// in a hurry.
+// sequences. The last stage of the continuous test (continuous_exact.hpp) decides on them. Nothing is rounded.
 #pragma once
 
 #include <boost/multiprecision/cpp_int.hpp>
@@ -14,7 +13,7 @@ namespace trocar::continuous {
 
 using Big = boost::multiprecision::number<boost::multiprecision::cpp_int_backend<>, boost::multiprecision::et_off>;
 
-/// coefficient[i] belongs to t^i; no leading zeros, so the zero polynomial is empty.
+/// coefficient[i] belongs to t^i; trailing zeros are trimmed, so the zero polynomial is empty.
 struct Polynomial {
     std::vector<Big> coefficient;
 
@@ -28,7 +27,7 @@ struct Polynomial {
 Polynomial operator+(const Polynomial& a, const Polynomial& b);
 Polynomial operator-(const Polynomial& a, const Polynomial& b);
 Polynomial operator*(const Polynomial& a, const Polynomial& b);
-/// Divides all coefficients out; zero only when both are zero.
+/// Primitive: its coefficients have no common factor. Zero only when both are zero.
 Polynomial greatest_common_divisor(Polynomial a, Polynomial b);
 
 /// numerator / 2^exponent.
@@ -39,8 +38,8 @@ struct Dyadic {
 
 int sign_at(const Polynomial& p, const Dyadic& at);
 
-/// A root of a square-free polynomial in [0, 1]: a dyadic number, or the only root between numerator / 2^exponent and
-/// (numerator + 1) / 2^exponent, ends excluded.
+/// A root of a square-free polynomial in [0, 1]: a dyadic number, or the only root strictly between numerator /
+/// 2^exponent and (numerator + 1) / 2^exponent.
 class Root {
 public:
     Root(const Polynomial& polynomial, Dyadic low, bool exact)
@@ -65,7 +64,7 @@ private:
     int high_sign_ = 0;
 };
 
-/// Roots in [0, 1] in ascending order, made one by one.
+/// Roots in [0, 1] in ascending order, isolated one at a time.
 class Roots {
 public:
     using Accepted = std::function<bool(Root&)>;
@@ -77,7 +76,7 @@ public:
     Roots& operator=(Roots&&) = delete;
     ~Roots() = default;
 
-    /// The first root that `accepted` holds for, rounded down.
+    /// The first root for which `accepted` returns true, rounded down; empty if there is none.
     [[nodiscard]] std::optional<double> first(const Accepted& accepted) const;
 
 private:
@@ -86,7 +85,7 @@ private:
     [[nodiscard]] std::optional<double> first_between(const Dyadic& low, const Accepted& accepted) const;
 
     Polynomial polynomial_;          ///< square-free
-    std::vector<Polynomial> chain_;  ///< Sturm's
+    std::vector<Polynomial> chain_;  ///< Sturm chain
 };
 
 }  // namespace trocar::continuous

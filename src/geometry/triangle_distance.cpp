@@ -13,7 +13,7 @@ double place_on_segment(const Vector3& a, const Vector3& b, const Vector3& p) {
     return length > 0.0 ? std::clamp((p - a).dot(along) / length, 0.0, 1.0) : 0.0;
 }
 
-/// The nearest point on the three edges: right for any triangle whose face is not nearer.
+/// The nearest point on the three edges: correct for any triangle whose face is not nearer.
 Vector3 closest_point_on_edges(const Corners& triangle, const Vector3& point) {
     Vector3 best(1.0, 0.0, 0.0);
     double least = std::numeric_limits<double>::infinity();
@@ -32,8 +32,8 @@ Vector3 closest_point_on_edges(const Corners& triangle, const Vector3& point) {
     return best;
 }
 
-/// As closest_point_on_triangle for triangles without good angles: weights from areas, which lose one power less of the
-/// smallest angle to rounding than products of projections, and none at all where an edge is nearer.
+/// closest_point_on_triangle for badly shaped triangles. Weights come from areas: compared with products of
+/// projections, rounding costs one power less of the smallest angle. Where an edge is nearer it costs nothing.
 Vector3 closest_point_on_sliver(const Corners& triangle, const Vector3& point, const Vector3& normal) {
     const double square = normal.squaredNorm();
     Vector3 weights;
@@ -49,11 +49,11 @@ Vector3 closest_point_on_sliver(const Corners& triangle, const Vector3& point, c
     return squared_distance(weights) < squared_distance(on_edge) ? weights : on_edge;
 }
 
-/// Where the lines through two segments are closest, when that is inside both.
+/// Sets the closest points of the lines through two segments, when they are inside both.
 bool cross_inside(const Vector3& p0, const Vector3& p, const Vector3& q0, const Vector3& q, const Vector3& normal,
                   SegmentPlaces& places) {
-    // From the common normal, not from a·e − b² (Lumelsky 1985; Ericson 5.1.9): for nearly parallel lines that
-    // difference has lost its digits, while what is lost here moves the points along lines that hardly part.
+    // Uses the common normal, not a·e − b² (Lumelsky 1985; Ericson 5.1.9), which loses its digits for nearly parallel
+    // lines. The remaining error moves the points along lines that hardly diverge.
     const double square = normal.squaredNorm();
     if (!(square > 0.0)) return false;
     const Vector3 between = q0 - p0;
@@ -62,7 +62,7 @@ bool cross_inside(const Vector3& p0, const Vector3& p, const Vector3& q0, const 
     return places.first > 0.0 && places.first < 1.0 && places.second > 0.0 && places.second < 1.0;
 }
 
-/// The least of the distances from corners to the other triangle.
+/// The least distance of a corner to the other triangle.
 TriangleDistance distance_of_corners(const Corners& first, const Corners& second) {
     TriangleDistance best{.squared_distance = std::numeric_limits<double>::infinity()};
     for (int k = 0; k < 3; ++k) {
@@ -80,7 +80,7 @@ TriangleDistance distance_of_corners(const Corners& first, const Corners& second
     return best;
 }
 
-/// Takes in the edges that are closest inside both; an edge's ends are corners and known already.
+/// Updates `best` with edge pairs that are closest inside both; an edge's ends are corners and already tested.
 void take_edges(const Corners& first, const Corners& second, TriangleDistance& best) {
     for (int i = 0; i < 3; ++i) {
         const Vector3& p0 = first[static_cast<std::size_t>(i)];
@@ -101,7 +101,7 @@ void take_edges(const Corners& first, const Corners& second, TriangleDistance& b
     }
 }
 
-/// True when the triangles are surely more than `query_distance` apart along an axis of any length.
+/// True when the triangles are certainly more than `query_distance` apart along an axis of any length.
 bool axis_parts(const Vector3& axis, const Corners& first, const Corners& second, double query_distance) {
     struct Shadow {
         double low = std::numeric_limits<double>::infinity();
@@ -121,7 +121,7 @@ bool axis_parts(const Vector3& axis, const Corners& first, const Corners& second
     };
     for (const Vector3& corner : first) take(corner, one);
     for (const Vector3& corner : second) take(corner, other);
-    // More than what five roundings can take, of the bound and of places.
+    // More than five roundings of the bound and of the places.
     constexpr double surely = 1.0 + 1e-14;
     const double bound = (surely * query_distance + 1e-14 * size) * axis.norm();
     return other.low - one.high > bound || one.low - other.high > bound;
@@ -191,7 +191,7 @@ SegmentPlaces closest_points_of_segments(const Vector3& p0, const Vector3& p1, c
     const auto squared_distance = [&](const SegmentPlaces& places) {
         return (p0 + places.first * p - q0 - places.second * q).squaredNorm();
     };
-    // On the rim of the square of places: from an end of one to the other segment.
+    // On the border of the parameter square: from an end of one to the other segment.
     SegmentPlaces best;
     double least = std::numeric_limits<double>::infinity();
     for (const SegmentPlaces& places :
@@ -225,8 +225,8 @@ bool is_within_query_distance(const Corners& first, const Corners& second, doubl
     if (plane_parts(first, second, query_distance) || plane_parts(second, first, query_distance)) return false;
     TriangleDistance best = distance_of_corners(first, second);
     if (best.squared_distance <= square) return true;
-    // Where the triangles are further apart than reach along the line between the closest points so far, no edges are
-    // closer (the stopping test of PQP's TriDist, Larsen et al. 1999).
+    // No edges are closer when the triangles are further apart than `query_distance` along the line between the closest
+    // points so far. This is the stopping test of PQP's TriDist (Larsen et al. 1999).
     if (axis_parts(point_at(second, best.second) - point_at(first, best.first), first, second, query_distance))
         return false;
     take_edges(first, second, best);

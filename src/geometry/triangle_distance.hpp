@@ -1,5 +1,5 @@
-// How far apart two triangles are and where they are closest: the leaf that every detector decides its near pairs with,
-// so that detectors differ only in the candidates they bring. Whether triangles meet is decided in exact.hpp, not here.
+// Distance and closest points of two triangles. Every detector decides its near pairs with it, so that detectors differ
+// only in their candidates. The intersection test is in exact.hpp.
 #pragma once
 
 #include "geometry/exact.hpp"
@@ -12,8 +12,8 @@ inline Vector3 point_at(const Corners& triangle, const Vector3& weights) {
     return weights[0] * triangle[0] + weights[1] * triangle[1] + weights[2] * triangle[2];
 }
 
-/// Barycentric weights of the point of a closed triangle that is nearest to `point`; >= 0, sum 1, exactly 0 for the
-/// corners that the point's edge or corner leaves out. Triangles that are segments or points included.
+/// Barycentric weights of the point of a closed triangle that is nearest to `point`: >= 0, sum 1. Weights are exactly 0
+/// for corners outside the nearest edge or corner. Valid for triangles that are segments or points.
 Vector3 closest_point_on_triangle(const Corners& triangle, const Vector3& point);
 /// Barycentric weights of the orthogonal projection of `point` on the triangle's plane; sum 1, negative beyond an edge.
 /// Not finite for a triangle without area.
@@ -24,22 +24,22 @@ struct SegmentPlaces {
     double first = 0.0;
     double second = 0.0;
 };
-/// Where the segments p0 p1 and q0 q1 are closest; of parallel ones, one of the choices. Segments that are points
-/// included.
+/// Closest places of the segments p0 p1 and q0 q1; one of the solutions for parallel ones. Valid for segments that are
+/// points.
 SegmentPlaces closest_points_of_segments(const Vector3& p0, const Vector3& p1, const Vector3& q0, const Vector3& q1);
 
-/// Where two triangles are closest.
+/// Closest points of two triangles.
 struct TriangleDistance {
     double squared_distance = 0.0;    ///< m²
     Vector3 first = Vector3::Zero();  ///< barycentric weights of the point of the first triangle
     Vector3 second = Vector3::Zero();
 };
-/// Of two closed triangles of any shape. Of triangles that cross this is the distance from a corner to the other
-/// triangle, or of an edge from an edge, whichever is least, and not zero: ask triangles_intersect first.
+/// Distance of two closed triangles of any shape. For intersecting triangles it is the least vertex-face or edge-edge
+/// distance, not zero: test triangles_intersect first.
 TriangleDistance triangle_distance(const Corners& first, const Corners& second);
 
-/// Whether the distance of two triangles is at most `query_distance` (m), decided as triangle_distance would, with as
-/// little work as the answer needs. Precondition: the triangles do not meet.
+/// Whether the distance of two triangles is at most `query_distance` (m): the verdict of triangle_distance, with early
+/// exits. Precondition: the triangles do not meet.
 bool is_within_query_distance(const Corners& first, const Corners& second, double query_distance);
 
 }  // namespace trocar

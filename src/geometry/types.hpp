@@ -1,5 +1,5 @@
-// The linear-algebra vocabulary of the whole project: points, point arrays, triangle arrays and index ranges.
-// Everything above speaks in these few types, so that a vertex array can be handed to any library without a copy.
+// Linear-algebra types of the whole project: points, point arrays, triangle arrays and index ranges. A vertex array can
+// be passed to any library without a copy.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,9 +11,9 @@
 namespace trocar {
 
 using Index = std::int32_t;  ///< Vertex, triangle or body number; -1 means "not set".
-/// A number that is set, as a subscript of the standard library's containers.
+/// A valid number as a subscript of the standard library's containers.
 inline std::size_t at(std::ptrdiff_t number) { return static_cast<std::size_t>(number); }
-/// And the other way: a subscript as Eigen counts.
+/// A subscript as an index of Eigen.
 inline Eigen::Index eigen_index(std::size_t number) { return static_cast<Eigen::Index>(number); }
 
 using Vector3 = Eigen::Vector3d;  ///< Point, direction or force; world frame, SI units unless said otherwise.

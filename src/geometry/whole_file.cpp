@@ -44,7 +44,7 @@ std::string read_whole(const std::filesystem::path& file, const std::string& exp
     std::ifstream stream = open_input(file, expected);
     std::error_code error;
     constexpr std::uintmax_t most_bytes = 1'000'000 * most_megabytes;
-    // Files of the kernel say that they have no size, and grow while they are read.
+    // Kernel files report size 0 and grow while they are read.
     const std::uintmax_t said = std::max<std::uintmax_t>(std::filesystem::file_size(file, error), 1);
     std::string text;
     for (std::uintmax_t wanted = error ? 1 : said;; wanted = std::max<std::uintmax_t>(4096, text.size())) {
@@ -76,7 +76,7 @@ bool read_line(std::istream& stream, std::string& line, const std::string& place
         if (are_sizes_limited() && line.size() > most_bytes) {
             throw InputError(place, "", limit_text(most_line_megabytes, "MB of a line"), "more");
         }
-        // What failed is that the piece was full, or that nothing but the end came after a full one.
+        // The failure means a full piece, or the end of the file just after a full one.
         const bool at_end = stream.eof();
         stream.clear(at_end ? std::ios::eofbit : std::ios::goodbit);
         if (at_end) return true;
@@ -88,7 +88,7 @@ void write_whole(const std::filesystem::path& file, const std::string& content) 
         throw InputError(file.string(), "", "a file that can be written", reason);
     };
     std::error_code error;
-    // What is renamed into place replaces what is there: a link is followed first, and /dev/null stays a device.
+    // The rename replaces the target, so links are followed first; /dev/null stays a device.
     std::filesystem::path target = file;
     for (int links = 0; links < 40 && std::filesystem::is_symlink(target, error); ++links) {
         target = target.parent_path() / std::filesystem::read_symlink(target, error);
