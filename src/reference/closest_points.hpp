@@ -1,5 +1,5 @@
-// Closest points between a point and a triangle and between two edges, as weights on the four vertices involved: the
-// gap functions of the reference solver. Plain code of its own, so that truth shares none with a method.
+// Closest points of point and triangle and of two edges, as weights on the four vertices: the gap functions of the
+// reference solver. Independent of the geometry code of all methods under test.
 #pragma once
 
 #include <array>
@@ -11,10 +11,10 @@ namespace trocar {
 /// Barycentric weights (>= 0, sum 1) of the point of triangle a, b, c that is closest to p.
 Vector3 closest_weights(const Vector3& p, const Vector3& a, const Vector3& b, const Vector3& c);
 
-/// Places s, t in [0, 1] on the edges a0 a1 and b0 b1 whose points are closest; for parallel edges one of the choices.
+/// Parameters s, t in [0, 1] of the closest points on the edges a0 a1 and b0 b1; not unique for parallel edges.
 std::array<double, 2> closest_places(const Vector3& a0, const Vector3& a1, const Vector3& b0, const Vector3& b1);
 
-/// Four points of which the distance is asked: vertex and face, or edge and edge.
+/// Four vertices of a distance query: vertex and face, or edge and edge.
 struct FeaturePair {
     enum class Kind : std::uint8_t { vertex_face, edge_edge };
     Kind kind = Kind::vertex_face;
@@ -22,8 +22,8 @@ struct FeaturePair {
     bool operator==(const FeaturePair&) const = default;
 };
 
-/// Distance of a feature pair and its gradient: d = |Σ weight_i x_i|, ∂d/∂x_i = weight_i · normal (exact wherever the
-/// closest points are unique, since these minimise the distance).
+/// Distance of a feature pair and its gradient: d = |Σ weight_i x_i|, ∂d/∂x_i = weight_i · normal. Exact where the
+/// closest points are unique.
 struct FeatureDistance {
     double distance = 0.0;             ///< m
     Vector3 normal = Vector3::Zero();  ///< unit, from the second feature to the first; zero at distance 0
@@ -31,8 +31,8 @@ struct FeatureDistance {
 };
 FeatureDistance distance_of(const FeaturePair& pair, const std::array<Vector3, 4>& points);
 
-/// Largest part of the linear motion points + t motion, t in [0, 1], during which the distance stays above a tenth of
-/// what it is at the start (additive continuous collision detection: Li, Kaufman, Jiang 2021). Never too large.
+/// Largest t in [0, 1] such that along points + t motion the distance stays above a tenth of its initial value.
+/// Additive continuous collision detection (Li, Kaufman, Jiang 2021), conservative.
 double safe_part_of_motion(const FeaturePair& pair, const std::array<Vector3, 4>& points,
                            const std::array<Vector3, 4>& motion);
 

@@ -1,4 +1,4 @@
-// What one contact adds to potential, gradient and stiffness of the reference solver, whichever its law.
+// Contribution of one contact to potential, gradient and stiffness of the reference solver, for any contact law.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace trocar {
 
-/// A contact's part in potential, gradient and stiffness: energy e(d) of a scalar d with ∂d/∂x_i = gradient_i.
+/// Energy e(d) of a scalar d with ∂d/∂x_i = gradient_i.
 struct ContactTerm {
     int count = 0;
     std::array<Index, 6> vertex{};

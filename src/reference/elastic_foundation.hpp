@@ -1,5 +1,5 @@
-// The compliant law of the reference solver: an elastic foundation over the area of one of two surfaces, sampled at
-// equal points of its triangles (the law is reported in implicit_solver.hpp).
+// Compliant contact law of the reference solver: an elastic foundation over the area of one of two surfaces, sampled at
+// equal points of its triangles. implicit_solver.hpp states the law.
 #pragma once
 
 #include <array>
@@ -15,32 +15,33 @@ class ElasticFoundation {
 public:
     /// No foundation.
     ElasticFoundation() = default;
-    /// For the given body pairs at the place x, with points² samples on a triangle. The scene outlives the object.
+    /// For the given body pairs at positions x (3×N, m), with points² samples per triangle. The scene outlives the
+    /// object.
     ElasticFoundation(const Scene& scene, const std::vector<std::array<Index, 2>>& contact_bodies, int points,
                       const Matrix3X& x);
 
-    /// Energy at the place x, J, for a step of h (s; 0: no damping). Adds each sample that presses to `terms` unless
-    /// null, and then puts minus the largest depth into `smallest_gap`, m.
+    /// Energy (J) at positions x for a step of h (s; 0: no damping). Unless `terms` is null, appends each sample in
+    /// contact and sets `smallest_gap` (m) to minus the largest depth.
     double energy(const Matrix3X& x, double h, std::vector<ContactTerm>* terms, double& smallest_gap);
-    /// Keeps the depths at the end of a step for the damping of the next one. False when a point is so deep that its
-    /// shortest way out is no longer the way in.
+    /// Stores the depths at the end of a step for the damping of the next one. False if a point is deeper than
+    /// `most_depth`.
     bool remember_depths(const Matrix3X& x);
 
 private:
-    /// One surface's area sampled against another body.
+    /// Area of the slave surface, sampled against the master.
     struct Foundation {
         Index slave = -1;
         Index master = -1;
         double kappa = 0.0;                ///< N/m³
         double eta = 0.0;                  ///< N s/m³
-        std::vector<Vector3> weights;      ///< of the sample points of one triangle, in its corners
+        std::vector<Vector3> weights;      ///< barycentric weights of the sample points of one triangle
         std::vector<double> area;          ///< m², rest area of the slave's triangles
         std::vector<double> depth_before;  ///< per triangle and point, >= 0
-        double side = 1.0;                 ///< of an open sheet on which the slave starts: +1 front, -1 back
-        double most_depth = 0.0;           ///< m, beyond it the shortest way out is no longer the way in
-        // Samples that were outside by more than all vertices have moved since need not be examined.
+        double side = 1.0;                 ///< open sheet: side on which the slave starts, +1 front, -1 back
+        double most_depth = 0.0;           ///< m, beyond it the shortest exit is not the point of entry.
+        // Samples are skipped while their clearance exceeds the largest displacement since `searched_from`.
         std::vector<double> clearance;  ///< m, per triangle and point
-        Matrix3X searched_from;         ///< 3×N, positions of that look
+        Matrix3X searched_from;         ///< 3×N, m, positions of the last full search
     };
     void lay(Index slave, Index master, const ContactLaw& law, double share, int points, const Matrix3X& x);
     [[nodiscard]] double triangle_area(Index t) const;
@@ -50,7 +51,7 @@ private:
 
     const Scene* scene_ = nullptr;
     std::vector<Foundation> foundations_;
-    std::vector<SignedDistance> masters_;  ///< per body, prepared when it is one
+    std::vector<SignedDistance> masters_;  ///< per body, prepared if it is a master
 };
 
 }  // namespace trocar

@@ -1,5 +1,5 @@
-// The hard law of the reference solver: which vertices and faces, edges and edges may meet, how they repel each other,
-// and how far a motion may go before two of them would meet (the law is reported in implicit_solver.hpp).
+// Hard contact law of the reference solver: candidate vertex–face and edge–edge pairs, their repulsion, and the part of
+// a motion without a collision. implicit_solver.hpp states the law.
 #pragma once
 
 #include <array>
@@ -12,25 +12,25 @@
 
 namespace trocar {
 
-/// Force at which surfaces stand about half the rest gap apart, N: the size of forces in such scenes.
+/// Force (N) at which surfaces stand about half the rest gap apart: the typical contact force of such scenes.
 inline constexpr double typical_contact = 0.05;
 
 class HardContact {
 public:
-    /// Between the given bodies, below `rest_gap` (m). moves: per vertex, whether it may give way; pairs in which
-    /// nothing may are left out. The topology outlives the object.
+    /// For the given body pairs, below `rest_gap` (m). moves: per vertex, 0 if it is fixed; pairs of fixed vertices are
+    /// left out. The topology outlives the object.
     HardContact(const Topology& topology, std::vector<std::array<Index, 2>> contact_bodies,
                 std::vector<std::uint8_t> moves, double rest_gap);
 
-    /// Place from which this step's pairs of edges are judged.
+    /// Sets the positions (3×N, m) at which this step's edge pairs are weighted.
     void begin_step(const Matrix3X& x) { start_ = x; }
-    /// Finds all pairs of features that may come within the rest gap on the way x + t motion, t in [0, 1].
+    /// Finds all feature pairs that may come within the rest gap along x + t motion, t in [0, 1].
     void find_candidates(const Matrix3X& x, const Matrix3X& motion);
     [[nodiscard]] bool empty() const { return candidates_.empty(); }
-    /// Energy of the candidates, J; infinite where two meet. Adds those that repel each other to `terms` unless null,
-    /// and then puts the smallest distance of all into `smallest_gap`, m.
+    /// Energy (J) of the candidates; infinite where two intersect. Unless `terms` is null, appends the repelling pairs
+    /// and sets `smallest_gap` (m) to the smallest distance.
     double energy(const Matrix3X& x, std::vector<ContactTerm>* terms, double& smallest_gap) const;
-    /// Part of the motion after which no two candidates have met, in (0, 1].
+    /// Part of the motion, in (0, 1], during which no two candidates collide.
     [[nodiscard]] double safe_part(const Matrix3X& x, const Matrix3X& motion) const;
 
 private:
@@ -48,7 +48,7 @@ private:
     std::vector<std::array<Index, 3>> edges_of_triangle_;
     Matrix3X start_;
     std::vector<FeaturePair> candidates_;
-    std::vector<double> candidate_weight_;  ///< 0 … 1, edges that are nearly parallel fade
+    std::vector<double> candidate_weight_;  ///< 0 … 1, fades for nearly parallel edges
     std::vector<Box> boxes_;
     std::vector<IndexPair> box_pairs_;
 };

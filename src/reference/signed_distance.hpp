@@ -1,5 +1,5 @@
 // Signed distance of a point to a triangle surface by the pseudonormal at the closest point (Bærentzen & Aanæs 2005),
-// found through a tree of boxes of its own: what the elastic foundation of the reference needs.
+// with a bounding box tree. Used by the elastic foundation of the reference.
 #pragma once
 
 #include <array>
@@ -11,17 +11,17 @@ namespace trocar {
 
 struct SurfacePoint {
     Index triangle = -1;
-    Vector3 weights = Vector3::Zero();  ///< of the closest point in the triangle's corners
-    double signed_distance = std::numeric_limits<double>::infinity();  ///< m, + outside
-    Vector3 normal = Vector3::Zero();  ///< unit gradient of the signed distance in the point
+    Vector3 weights = Vector3::Zero();                                 ///< barycentric weights of the closest point
+    double signed_distance = std::numeric_limits<double>::infinity();  ///< m, positive outside
+    Vector3 normal = Vector3::Zero();  ///< unit gradient of the signed distance at the point
     bool beyond_rim = false;           ///< the closest point lies on a rim edge of an open surface
 };
 
 class SignedDistance {
 public:
-    /// Orders the triangles of the range and finds its neighbours, once.
+    /// Builds the tree and the adjacency of the range's triangles; once.
     void prepare(const Triangles& triangles, Range range, const Matrix3X& position);
-    /// Follows moved vertices.
+    /// Refits boxes and normals to moved vertices.
     void refit(const Triangles& triangles, const Matrix3X& position);
     [[nodiscard]] bool empty() const { return nodes_.empty(); }
     [[nodiscard]] Box box() const { return nodes_.empty() ? Box{} : nodes_.front().box; }
@@ -39,10 +39,11 @@ private:
     Range range_;
     std::vector<Index> order_;
     std::vector<Node> nodes_;
-    std::vector<std::array<Index, 3>> neighbour_;  ///< per triangle and edge (corner, corner + 1): across it, -1 rim
+    /// per triangle and edge (corner, corner + 1): triangle across it, -1 rim
+    std::vector<std::array<Index, 3>> neighbour_;
     Index first_vertex_ = 0;
     Matrix3X face_normal_;    ///< unit
-    Matrix3X vertex_normal_;  ///< sum of face normals by corner angle
+    Matrix3X vertex_normal_;  ///< sum of face normals weighted by corner angle
     std::vector<std::uint8_t> on_rim_;
 };
 

@@ -1,5 +1,5 @@
-// A JSON value together with the place it came from, so that every complaint about a file names the file, the JSON
-// pointer, what was expected and what was found. Included only by .cpp files that read JSON.
+// A JSON value with its file and JSON pointer, so that every error names file, pointer, expected and found value.
+// Included only by .cpp files that read JSON.
 #pragma once
 
 #include <cstdint>
@@ -16,9 +16,9 @@ namespace trocar {
 
 using Json = nlohmann::json;
 
-/// Throws InputError with line and column for a syntax error, and for a key given twice.
+/// Throws InputError with line and column for a syntax error or a duplicate key.
 Json parse_json(std::string_view text, const std::string& file);
-/// The same with the file's order of keys kept.
+/// As above, keeping the file's order of keys.
 nlohmann::ordered_json parse_ordered_json(std::string_view text, const std::string& file);
 
 /// Refers to document and file name; both outlive it.
@@ -33,7 +33,7 @@ public:
     [[noreturn]] void fail(std::string_view expected) const;
     [[noreturn]] void fail(std::string_view expected, std::string_view found) const;
 
-    /// The JSON pointer, for what is reported without complaint.
+    /// The JSON pointer, for messages that are not errors.
     [[nodiscard]] const std::string& place() const { return pointer_; }
 
     /// Throws unless this is an object that holds only keys of `known`.

@@ -1,5 +1,4 @@
-// Two meshes as the smallest world that a detector can be asked about: body `a` and body `b`, tested against each other
-// whatever they are.
+// World of two meshes, body `a` and body `b`, that are tested against each other whatever their kinds.
 #pragma once
 
 #include "geometry/mesh_file.hpp"

@@ -1,4 +1,4 @@
-// How a body is led through a run: key poses over time, followed exactly or by a simulated operator.
+// Motion of a body: key poses over time, followed exactly or by a simulated operator.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct MotionKey {
 
 enum class Drive : std::uint8_t { prescribed, simulated_operator };
 
-/// Simulated operator (METHODS §11): mass, damping and a virtual coupling towards the target, pushed back by contact.
+/// Simulated operator (METHODS §11): mass, damping and a virtual coupling to the target pose, displaced by contact.
 struct OperatorModel {
     double mass = 0.1;                  ///< kg
     double damping = 1.0;               ///< N s/m
@@ -30,7 +30,8 @@ struct Motion {
     std::vector<MotionKey> keys;  ///< ascending time, at least one
     OperatorModel coupling;
 
-    /// Pure. Linear in position and jaw, shortest arc in rotation, held before the first and after the last key.
+    /// Pose at `time` (s): position and jaw linear, rotation on the shortest arc; constant before the first and after
+    /// the last key.
     [[nodiscard]] Pose pose_at(double time) const;
     [[nodiscard]] double last_key_time() const { return keys.empty() ? 0.0 : keys.back().time; }
 };

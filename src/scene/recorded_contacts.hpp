@@ -1,5 +1,5 @@
-// The contacts that a recording's writer found itself: text after the frames of a trocar-recording-2 (DESIGN §10), so
-// that a simulator's own answers stand beside the frames that they belong to.
+// Contacts found by the writer of a recording: text after the frames of a trocar-recording-2 (DESIGN §10), for
+// comparison with detectors on the same frames.
 #pragma once
 
 #include <cstdint>
@@ -13,34 +13,33 @@
 
 namespace trocar {
 
-/// Two triangles that somebody's own simulation says are in contact, and as much geometry as it reports. A pair of
-/// triangles may have several contacts in a tick.
+/// Contact of two triangles reported by another simulation, with optional geometry. A pair of triangles may have
+/// several contacts in a tick.
 struct RecordedContact {
     static constexpr double unreported = std::numeric_limits<double>::quiet_NaN();
-    Index a = -1;  ///< triangle number of the topology; its body and that of b are tested against each other
+    Index a = -1;  ///< triangle of the topology; its body and that of b form a tested pair
     Index b = -1;
-    Vector3 point = Vector3::Constant(unreported);   ///< m, world; all three numbers, or none
-    Vector3 normal = Vector3::Constant(unreported);  ///< unit (to 1e-6), from the body of a to the body of b; likewise
-    double depth = unreported;                       ///< m, positive: inside by so much; negative: apart by so much
+    Vector3 point = Vector3::Constant(unreported);   ///< m, world; all three numbers, or NaN
+    Vector3 normal = Vector3::Constant(unreported);  ///< unit (to 1e-6), from the body of a to the body of b; or NaN
+    double depth = unreported;                       ///< m, positive: penetrating, negative: separated
 };
 
-/// All contacts of one frame; an empty list says that there were none.
+/// All contacts of one frame; an empty list means none.
 struct RecordedTick {
     std::int64_t tick = 0;
     std::vector<RecordedContact> contacts;
 };
 
-/// One line of the text, with its end. Throws InputError, naming `file`, on a triangle that there is not, on two bodies
-/// that are not tested against each other, on a number that is not finite or a vector reported in part, and on a normal
-/// that is no unit.
+/// One line of the text, with its end. Throws InputError, naming `file`, on a triangle out of range or a body pair that
+/// is not tested. Also throws on a non-finite number, a partial vector, or a normal that is not unit.
 std::string recorded_tick_line(const Topology& topology, const RecordedTick& tick, const std::string& file);
 
-/// The line before them all.
+/// First line of the text.
 std::string recorded_contacts_head(std::int64_t ticks);
 
-/// Reads the text from where the stream stands to its end. `triangle_of_file`: number in the topology of each triangle
-/// of the file, empty where they are the same. Contacts come back with a < b. Throws InputError "FILE: contacts line
-/// N: …" (N from 1) on whatever the format does not allow, ticks that are missing included.
+/// Reads the text from the stream's position to its end; contacts are returned with a < b. `triangle_of_file`: topology
+/// number of each triangle of the file, empty where equal. Throws InputError "FILE: contacts line N: …" (N from 1) on
+/// whatever the format forbids, missing ticks included.
 std::vector<RecordedTick> read_recorded_contacts(std::istream& stream, const Topology& topology,
                                                  const std::vector<Index>& triangle_of_file, std::int64_t frames,
                                                  const std::string& file);

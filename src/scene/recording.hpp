@@ -1,5 +1,5 @@
-// A stream of frames on disk (format TROCREC1, DESIGN §10), so that anyone's frames reach every detector
-// bit-identically, and beside them the contacts that their writer found.
+// Frames on disk (format TROCREC1, DESIGN §10), to replay them bit-identically to every detector, with optional
+// contacts of their writer.
 #pragma once
 
 #include <cstdint>
@@ -16,29 +16,29 @@
 
 namespace trocar {
 
-/// Reads the header at once and frames on demand.
+/// Reads the header at construction and frames on demand.
 class RecordingReader {
 public:
-    /// Throws InputError: magic, header, counts, index range, file size.
+    /// Throws InputError on a bad magic, header, count, index range or file size.
     explicit RecordingReader(const std::filesystem::path& file);
-    /// Bodies in the order of the file's list.
+    /// Bodies are in the order of the file's list.
     [[nodiscard]] const Topology& topology() const { return topology_; }
     [[nodiscard]] double dt() const { return dt_; }
     [[nodiscard]] std::int64_t frame_count() const { return frame_count_; }
-    /// Number in the file of a triangle of the topology; the same unless the file's ranges are not in list order.
+    /// File number of a triangle of the topology; equal unless the file's ranges are not in list order.
     [[nodiscard]] Index file_triangle(Index triangle) const {
         return file_triangle_.empty() ? triangle : file_triangle_[static_cast<std::size_t>(triangle)];
     }
     /// Reads frame `tick` (0-based). previous = the frame before (frame 0: itself), velocity = (position -
     /// previous)/dt. Positions may be non-finite. Throws InputError when the file cannot be read.
     void read(std::int64_t tick, Frame& frame);
-    /// Whether the file carries contacts beside its frames (trocar-recording-2).
+    /// True if the file has contacts (trocar-recording-2).
     [[nodiscard]] bool has_contacts() const { return contacts_offset_ > 0; }
-    /// What the file reports contacts, ascending by tick, triangles by their numbers in the topology; a frame that is
-    /// not among them is one that nothing is reported. Empty without contacts. Throws InputError, naming the line, on
-    /// contacts that are malformed: the constructor does not examine them.
+    /// Recorded contacts, ascending by tick, with triangle numbers of the topology. A tick that is absent has no
+    /// report. Empty without contacts. Throws InputError, naming the line, on malformed contacts, which the constructor
+    /// does not check.
     [[nodiscard]] std::vector<RecordedTick> contacts();
-    /// 64-bit FNV-1a over the file's bytes, contacts left out.
+    /// 64-bit FNV-1a over the file's bytes, without contacts.
     [[nodiscard]] std::uint64_t hash() const { return hash_; }
 
 private:
@@ -53,16 +53,16 @@ private:
     std::int64_t contacts_offset_ = 0;  ///< 0: none
     std::uint64_t hash_ = 0;
     std::vector<Index> file_vertex_;    ///< number in the file of each vertex; empty: the same
-    std::vector<Index> file_triangle_;  ///< likewise
+    std::vector<Index> file_triangle_;  ///< the same for triangles
     Matrix3X last_;                     ///< 3×N, positions of last_tick_
     std::int64_t last_tick_ = -1;
-    Matrix3X file_order_;  ///< buffer
+    Matrix3X file_order_;  ///< buffer, vertices in the file's order
 };
 
-/// Writes beside and renames on finish(); an unfinished file leaves nothing behind.
+/// Writes a temporary file and renames it on finish(); an unfinished file is removed.
 class RecordingWriter {
 public:
-    /// dt in s. Throws InputError when it is not above 0, or when the file cannot be written.
+    /// dt in s. Throws InputError if dt is not positive or the file cannot be written.
     RecordingWriter(std::filesystem::path file, const Topology& topology, double dt);
     ~RecordingWriter();
     RecordingWriter(const RecordingWriter&) = delete;
@@ -70,12 +70,12 @@ public:
     RecordingWriter(RecordingWriter&&) = delete;
     RecordingWriter& operator=(RecordingWriter&&) = delete;
     void write(const Frame& frame);
-    /// The same, with the contacts that somebody's own simulation found in the frame (DESIGN §10 has their units and
-    /// signs); an empty list says that there are none, while `write` says nothing of them. Throws InputError on what
-    /// RecordedContact does not allow; the frame is not written then.
+    /// As write, with contacts of another simulation (units and signs in DESIGN §10). An empty list reports no
+    /// contacts, whereas `write` reports nothing. Throws InputError on contacts that RecordedContact forbids; the frame
+    /// is then not written.
     void add(const Frame& frame, std::vector<RecordedContact> contacts);
-    /// Any list whose elements name their fields as RecordedContact does, as a std::vector<Contact>, or have a and b
-    /// alone, as the pairs of a ContactSet.
+    /// Accepts any list whose elements have the fields of RecordedContact, such as std::vector<Contact>. Elements with
+    /// a and b alone, such as the pairs of a ContactSet, are accepted too.
     template <std::ranges::input_range Contacts>
     void add(const Frame& frame, const Contacts& contacts) {
         std::vector<RecordedContact> list;

@@ -1,5 +1,5 @@
-// Rotations from nothing but +, -, *, / and square root, so that a scene has the same bits on every machine and with
-// every compiler; sine and cosine of a C library may differ in the last bit.
+// Rotations from +, -, *, / and square root only, so that a scene has the same bits on every machine and compiler. Sine
+// and cosine of C libraries may differ in the last bit.
 #pragma once
 
 #include "geometry/types.hpp"
@@ -14,10 +14,10 @@ struct SineCosine {
 /// Any finite angle, degrees. Error below 2e-16; exact at multiples of 90 degrees.
 SineCosine sine_cosine_of_degrees(double degrees);
 
-/// Rotation by |vector| degrees about `vector`; identity for a zero vector. The vector is finite.
+/// Rotation by |vector| degrees about `vector`, which must be finite; identity for a zero vector.
 Quaternion rotation_from_degrees(const Vector3& vector);
 
-/// Unit rotations on the shortest arc: `from` at u = 0, `to` at u = 1.
+/// Interpolates unit rotations on the shortest arc: `from` at u = 0, `to` at u = 1.
 Quaternion shortest_arc(const Quaternion& from, const Quaternion& to, double u);
 
 }  // namespace trocar

@@ -1,5 +1,5 @@
-// A scene as a value read from JSON (DESIGN §10): flat world, first frame, materials, motions. It builds only what the
-// file names: no tissue in the file means no springs.
+// A scene read from JSON (DESIGN §10): flat world, first frame, materials, motions. It builds only what the file names:
+// without tissue there are no springs.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace trocar {
 
-/// Vertices of an instrument that swing with the jaw: p = hinge rotation(angle(jaw)) applied before the body pose.
+/// Vertices of an instrument that rotate with the jaw: p = hinge rotation(angle(jaw)), applied before the body pose.
 struct JawPart {
     Range vertices;                   ///< global vertex numbers
     Vector3 hinge = Vector3::Zero();  ///< m, body frame
@@ -33,7 +33,7 @@ struct SceneBody {
 
 struct Scene {
     std::string name;
-    std::filesystem::path file;  ///< where it was read from; empty for a scene made in memory
+    std::filesystem::path file;  ///< source file; empty for a scene made in memory
     std::uint64_t hash = 0;      ///< over the scene's content, meshes included
     double dt = 0.001;           ///< s
     std::int64_t ticks = 0;
@@ -42,24 +42,24 @@ struct Scene {
     Frame first;
     Materials materials;
     std::vector<SceneBody> bodies;   ///< as Topology::bodies
-    std::vector<std::string> notes;  ///< what was made otherwise than its files have it: "/bodies/…: sentence"
-    /// N/m, of every contact where a study's knob has put it in place of what the file says; NaN: as the file says.
+    std::vector<std::string> notes;  ///< deviations from the files: "/bodies/…: sentence"
+    /// N/m, contact stiffness of all pairs set by a parameter of a study instead of the file; NaN: as in the file.
     double turned_k = std::numeric_limits<double>::quiet_NaN();
 
     [[nodiscard]] bool has_tissue() const { return !materials.springs.empty(); }
 };
 
-/// Reads and builds. `data` is the folder for "data:PATH" meshes; without it such a mesh is an InputError naming
-/// --data. Throws InputError with a JSON pointer for every unknown key, wrong type or impossible value.
+/// Reads and builds a scene. `data` is the folder for "data:PATH" meshes; without it such a mesh is an InputError
+/// naming --data. Throws InputError with a JSON pointer for every unknown key, wrong type or impossible value.
 Scene read_scene(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data);
 
-/// True when the scene names a data: mesh that is not there (a study then has a row `unsupported (no data)`).
+/// True if a data: mesh of the scene is missing (a study then has a row `unsupported (no data)`).
 bool lacks_data(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data);
 
-/// Writes the body's vertices for a pose into position (3×N, world).
+/// Writes the vertices of a body at a pose into position (3×N, m, world).
 void place_body(const SceneBody& body, Range vertices, const Pose& pose, Matrix3X& position);
 
-/// JSON Schema documents printed by `trocar schema scene|study|recording`.
+/// JSON Schema of scenes, printed by `trocar schema scene`.
 std::string scene_schema();
 
 }  // namespace trocar

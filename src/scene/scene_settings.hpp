@@ -1,5 +1,5 @@
-// The numbers a scene may set, each declared once with key, unit, default, bounds and meaning: reading and schema print
-// from these tables.
+// Numbers that a scene may set. The reader and the JSON schema use these tables of key, unit, default, bounds and
+// meaning.
 #pragma once
 
 #include <array>
@@ -31,8 +31,8 @@ struct TissueSettings {
     double damping = 0.02;            ///< N s/m, per spring
     double drag = 5.0;                ///< 1/s, times the vertex mass
     double strain_limit = 1.0;        ///< edge strain
-    double bulk_modulus = 0.0;        ///< Pa, of what a closed body holds; 0: no volume constraint
-    std::optional<int> substeps;      ///< absent: 4, or more where the crude bound of METHODS §4 asks for it
+    double bulk_modulus = 0.0;        ///< Pa, of the enclosed volume of a closed body; 0: no volume constraint
+    std::optional<int> substeps;      ///< absent: 4, or more if the bound of METHODS §4 requires it
     bool rim_pinned = true;
     std::vector<Index> pinned;  ///< vertex numbers of the body's files
 };
@@ -61,6 +61,6 @@ inline constexpr std::array<NumberSetting<OperatorModel>, 4> operator_numbers{{
 inline const std::vector<std::string> body_kind_words{"instrument", "rigid", "tissue"};
 inline const std::vector<std::string> unit_words{"m", "mm", "cm"};
 inline const std::vector<std::string> drive_words{"prescribed", "operator"};
-inline constexpr double default_jaw_angle = 30.0;  ///< degrees that a jaw part opens
+inline constexpr double default_jaw_angle = 30.0;  ///< degrees, jaw part fully open
 
 }  // namespace trocar

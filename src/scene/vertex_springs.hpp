@@ -1,4 +1,4 @@
-// Springs by vertex and by body: which meet at a vertex, how far they are stretched, how long they are.
+// Springs by vertex and by body: adjacency, strain and mean rest length.
 #pragma once
 
 #include <span>
@@ -9,11 +9,11 @@
 
 namespace trocar {
 
-/// Springs at each vertex, so that the force on one vertex costs its own springs only.
+/// Springs at each vertex, so that a vertex's force takes time proportional to its own springs.
 class VertexSprings {
 public:
     void prepare(const Topology& topology, const Materials& materials);
-    /// Numbers of the springs at a vertex.
+    /// Indices of the springs at a vertex.
     [[nodiscard]] std::span<const Index> of(Index vertex) const {
         const auto v = static_cast<std::size_t>(vertex);
         return {spring_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
@@ -26,7 +26,7 @@ private:
     std::vector<Index> spring_;
 };
 
-/// m, per body: mean rest length of the springs of a tissue, 0 for other bodies.
+/// m, per body: mean rest length of a tissue's springs, 0 for other bodies.
 std::vector<double> mean_spring_lengths(const Topology& topology, const Materials& materials);
 
 }  // namespace trocar

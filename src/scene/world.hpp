@@ -1,5 +1,5 @@
-// The flat world that every method sees: constant topology, the frame that moves, and the materials of tissue and
-// contact. Flat so that a frame can be recorded, hashed and replayed bit-identically to every method.
+// Flat world that every method gets: constant topology, a moving frame, and materials of tissue and contact. Flat
+// arrays let a frame be recorded, hashed and replayed bit-identically.
 #pragma once
 
 #include <array>
@@ -13,24 +13,25 @@
 
 namespace trocar {
 
-/// Ordered as bodies are sorted in a scene, so that pair classes have no swapped variants.
+/// In the order in which a scene sorts its bodies, so that pair classes have no swapped variants.
 enum class BodyKind : std::uint8_t { instrument, rigid, tissue };
 
 /// Side of an open sheet: its triangles are counter-clockwise seen from the front.
 enum class SheetSide : std::uint8_t { front, back };
 
-/// What a caller knows of one body before it becomes part of a Topology.
+/// Description of one body before it becomes part of a Topology.
 struct Body {
     std::string name = {};
     BodyKind kind = BodyKind::rigid;
-    bool closed = true;           ///< false: an open sheet, it has no inside.
+    bool closed = true;           ///< false: an open sheet, without inside.
     std::string instrument = {};  ///< Parts with the same non-empty name are never tested against each other.
     Index vertex_count = 0;
-    Triangles triangles = Triangles(3, 0);    ///< 3×T, vertex numbers local to this body (0 … vertex_count-1).
-    SheetSide start_side = SheetSide::front;  ///< Open sheets: where the other bodies start, so what the right side is.
+    Triangles triangles = Triangles(3, 0);  ///< 3×T, vertex numbers local to this body (0 … vertex_count-1).
+    /// Open sheets: the side on which the other bodies start, which is the outside.
+    SheetSide start_side = SheetSide::front;
 };
 
-/// One body's place in the flat arrays.
+/// Ranges of one body in the flat arrays.
 struct BodyRange {
     std::string name = {};
     BodyKind kind = BodyKind::rigid;
@@ -51,18 +52,17 @@ struct Topology {
 
     [[nodiscard]] Index triangle_count() const { return static_cast<Index>(triangles.cols()); }
     [[nodiscard]] Index body_count() const { return static_cast<Index>(bodies.size()); }
-    /// Body that holds this vertex; -1: none does.
+    /// Body of this vertex, -1: none.
     [[nodiscard]] Index body_of_vertex(Index vertex) const;
-    /// Position in body_pairs, -1 if the two are not tested against each other.
+    /// Index in body_pairs, -1 if the two are not tested against each other.
     [[nodiscard]] Index body_pair(Index body_a, Index body_b) const;
 };
 
-/// Lays the bodies out one after the other, in the caller's order. Every two bodies are tested against each other
-/// except rigid with rigid and parts of one instrument. Throws InputError on an index out of range, a negative count,
-/// or two bodies of the same name.
+/// Concatenates the bodies in the given order. Every two bodies are tested against each other, except rigid with rigid
+/// and parts of one instrument. Throws InputError on an index out of range, a negative count, or a duplicate body name.
 Topology make_topology(const std::vector<Body>& bodies);
 
-/// As above with the body pairs to test given by body number (any order, any kinds).
+/// As above, with the body pairs to test given by body number (any order, any kinds).
 Topology make_topology(const std::vector<Body>& bodies, const std::vector<std::array<Index, 2>>& body_pairs);
 
 /// Rigid pose of a body at one instant: p_world = rotation * p_body + translation.
@@ -72,19 +72,20 @@ struct Pose {
     double jaw = 1.0;  ///< Jaw opening in [0, 1]; 0 is closed.
 };
 
-/// All that moves. `previous` and `velocity` belong to the same vertices; velocity = (position - previous) / dt.
+/// State that changes per tick. `previous` and `velocity` belong to the same vertices; velocity = (position - previous)
+/// / dt.
 struct Frame {
     Matrix3X position = {};  ///< 3×N, m, world.
     Matrix3X previous = {};  ///< 3×N, m, world; the tick before (tick 0: equal to position).
     Matrix3X velocity = {};  ///< 3×N, m/s, world.
     std::int64_t tick = 0;
     double time = 0.0;  ///< s
-    /// Vertex ranges that may have moved since the last tick; absent = unknown (compare, or take all).
+    /// Vertex ranges that may have moved since the last tick; absent = unknown (compare, or assume all).
     std::optional<std::vector<Range>> moved = std::nullopt;
-    /// One per body when the frame comes from a scene, else empty. Rigid and tissue bodies hold their fixed pose.
+    /// One per body if the frame comes from a scene, else empty. Rigid and tissue bodies keep their fixed pose.
     std::vector<Pose> pose = {};
-    /// One per body, m: the part of position - previous that a hand gave a body at the end of the last tick; the rest
-    /// of it is what the script brings within this tick. Empty: scripts only.
+    /// One per body, m: part of position - previous from the operator's step at the end of the last tick; the rest is
+    /// scripted motion within this tick. Empty: scripts only.
     std::vector<Vector3> operator_motion = {};
 
     /// 64-bit FNV-1a over the bits of `position` and the tick; equal frames have equal hashes on every machine.
@@ -102,29 +103,29 @@ struct Spring {
     double damping = 0.0;  ///< N s/m
 };
 
-/// The closed surface of a tissue body that resists a change of its volume (METHODS §4): the over-pressure inside is
-/// -bulk_modulus (V - volume) / volume.
+/// Closed surface of a tissue body that resists volume change (METHODS §4). The over-pressure inside is -bulk_modulus
+/// (V - volume) / volume.
 struct Enclosure {
     Triangles triangles = Triangles(3, 0);  ///< 3×T, counter-clockwise seen from outside
     double volume = 0.0;                    ///< m³ at rest, > 0
     double bulk_modulus = 0.0;              ///< Pa
 };
 
-/// Contact law between two bodies as the scene gives it; NaN where the scene is silent (the method's default applies).
+/// Contact law of two bodies from the scene; NaN where the scene has no value and the method's default applies.
 struct ContactLaw {
     double k = std::numeric_limits<double>::quiet_NaN();   ///< N/m
     double mu = std::numeric_limits<double>::quiet_NaN();  ///< N s/m, viscous
 };
 
-/// What a response may know of the hand-held device that leads a body: it yields to contact, and its step of a tick
-/// comes after the tissue's, while a body that follows a script has already moved when the response sees it.
+/// Device of an operator, as responses see it. Its body yields to contact, and its step follows the tissue's step. A
+/// scripted body has already moved when the response runs.
 struct Device {
     double mass = 0.0;     ///< kg, apparent
     double damping = 0.0;  ///< N s/m, of the device itself
 };
 
-/// Material data as flat arrays, so that responses need not know the tissue model. Arrays over all N vertices; entries
-/// of vertices that are not tissue are 0 (mass 0 = kinematic). Empty when the scene has no tissue.
+/// Material data as flat arrays, so that responses do not depend on the tissue model. Arrays cover all N vertices;
+/// entries of other vertices are 0 (mass 0 = kinematic). Empty when the scene has no tissue.
 struct Materials {
     std::vector<Spring> springs;
     std::vector<Enclosure> enclosures;       ///< one per body that names a bulk modulus
@@ -137,11 +138,12 @@ struct Materials {
     std::vector<double> drag;                ///< N; kg/s, coefficient of -drag * v (gamma of thesis eq. 3.1)
     int substeps = 4;                        ///< integrator sub-steps per tick
     double strain_limit = 1.0;               ///< largest edge strain before the limiter acts
-    std::vector<ContactLaw> contact_laws;    ///< one per Topology::body_pairs entry (also without tissue)
-    /// Per body: trocar (fulcrum) point in world, if the body has one; and tip point in the body frame.
+    std::vector<ContactLaw> contact_laws;    ///< one per Topology::body_pairs entry (also without tissue).
+    /// Trocar (fulcrum) point of each body, if it has one (m, world), and tip point (m, body frame).
     std::vector<std::optional<Vector3>> trocar_point;
     std::vector<Vector3> tip;
-    std::vector<std::optional<Device>> device;  ///< per body: what leads it, absent: a script; empty: scripts only
+    /// per body: device of its operator, absent: a script; empty: scripts only
+    std::vector<std::optional<Device>> device;
 };
 
 }  // namespace trocar

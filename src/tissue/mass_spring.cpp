@@ -95,7 +95,7 @@ Outcome MassSpring::integrate(const ResponseOutput& output, double dt, const Fra
     const double h = dt / substeps;
     const std::span<const Index> touched = contacts.touched();
     position_before_.resize(touched.size());
-    double bound = 0.0;  // m, no coordinate has gone further in this tick
+    double bound = 0.0;  // m, bound on the displacement of any coordinate in this tick
     for (int substep = 0; substep < substeps; ++substep) {
         contacts.begin_substep(state);
         for (std::size_t t = 0; t < touched.size(); ++t) {
@@ -104,7 +104,8 @@ Outcome MassSpring::integrate(const ResponseOutput& output, double dt, const Fra
         tissue_.add_volume_force();
         SubStepCheck check = tissue_.kernels().sub_step(h, tissue_.spring_arrays(), state);
         if (!touched.empty()) {
-            // The sub-step has gone by springs alone: contacts change the new velocities, and those the positions.
+            // The sub-step applies spring forces only. Contacts then correct its velocities, and positions follow from
+            // those.
             if (implicit) {
                 solver_.solve(h, state);
             } else {
@@ -122,12 +123,12 @@ Outcome MassSpring::integrate(const ResponseOutput& output, double dt, const Fra
             check.furthest += contacts.shift(tissue_);
         }
         bound += check.furthest;
-        // Every sub-step, so that a scheme that blows up is reported before its numbers overflow.
+        // The check runs in every sub-step, to report instability before the numbers overflow.
         Outcome outcome = tissue_.check(check.finite, bound, output, frame);
         if (!outcome.ok()) return outcome;
     }
     tissue_.limit_strain();
-    // The sub-steps' bound is that of springs alone: where contacts or the limiter have acted, all vertices are asked.
+    // The bound of the sub-steps covers springs only, so contacts or the strain limiter require the exact maximum.
     largest_move_ = tissue_.limited_edges() > 0 || !touched.empty()
                         ? tissue_.longest_path(frame.position)
                         : std::sqrt(3.0) * bound + tissue_.placed_move(output, frame);
@@ -140,8 +141,8 @@ Outcome MassSpring::integrate(const ResponseOutput& output, double dt, const Fra
     return {};
 }
 
-/// Whether the limiter hides a scheme that blows up. Asked when the limiter acts, from the place at the start of the
-/// tick, and then after every 64 such ticks only.
+/// True if the strain limiter hides an unstable scheme. Only every 64th tick with limited edges is tested, at the
+/// positions at the start of the tick.
 bool MassSpring::blows_up(double dt, const ResponseOutput& output, const Frame& frame) {
     constexpr std::int64_t seldom = 64;
     if (limited_ticks_++ % seldom != 0) return false;

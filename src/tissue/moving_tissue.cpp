@@ -10,14 +10,14 @@
 namespace trocar {
 namespace {
 
-/// By the bits (all but the sign) and to the end, so that the loop takes several numbers at a time.
+/// Tests the bits without the sign and does not exit early, so that the loop vectorises.
 bool all_zero(const Matrix3X& matrix) {
     std::uint64_t bits = 0;
     for (Eigen::Index e = 0; e < matrix.size(); ++e) bits |= std::bit_cast<std::uint64_t>(matrix.data()[e]) << 1;
     return bits == 0;
 }
 
-/// False: what was handed over is not finite already, so that the integrator is not to blame.
+/// False: the input is already not finite, so the integrator is not the cause.
 bool finite_input(const ResponseOutput& output, const Frame& frame) {
     const auto all_finite = [](const ContactForceLaw& contact) {
         return std::isfinite(contact.gap) && std::isfinite(contact.k) && std::isfinite(contact.mu) &&
@@ -34,7 +34,7 @@ bool finite_input(const ResponseOutput& output, const Frame& frame) {
                        });
 }
 
-/// Free vertices of the tissue, and what a spring or an enclosure ties to them: the rest cannot move and moves nothing.
+/// Free vertices of the tissue, and vertices that share a spring or enclosure with one.
 TissueState state_of(const Topology& topology, const Materials& materials) {
     const std::size_t n = at(topology.vertex_count);
     std::vector<std::uint8_t> free(n, 0);
@@ -70,7 +70,7 @@ TissueState state_of(const Topology& topology, const Materials& materials) {
     return state;
 }
 
-/// Those that pull at something that moves.
+/// Springs with at least one free end.
 std::vector<Spring> moving_springs(const Materials& materials, const TissueState& state) {
     std::vector<Spring> springs;
     for (const Spring& spring : materials.springs) {
@@ -95,7 +95,8 @@ MovingTissue::MovingTissue(const Topology& topology, const Materials& materials)
     limited_.assign(springs_.size(), 0);
 }
 
-/// Calls act(position correction) for those that put a vertex of the state somewhere; what the materials hold stays.
+/// Calls act(position correction) for each position correction of a free vertex of the state; pinned vertices are
+/// skipped.
 template <typename Act>
 void MovingTissue::each_placed(const ResponseOutput& output, const Act& act) const {
     for (const PositionCorrection& position_correction : output.position_corrections) {
@@ -125,7 +126,7 @@ void MovingTissue::take_output(const ResponseOutput& output, const Frame& frame)
     });
 }
 
-/// Rest bias and, where there is one, the force that is held over the tick (3×N, N).
+/// Rest bias plus the optional force held over the tick (3×N, N).
 void MovingTissue::set_constant_force(const Matrix3X* held) {
     for (std::size_t i = 0; i < state_.size(); ++i) {
         const Index v = state_.vertex[i];
@@ -162,7 +163,6 @@ double MovingTissue::put_aside(Index local, const Vector3& by) {
     return energy() - before - lifted;
 }
 
-/// Lets go of the vertices that were held for the tick.
 void MovingTissue::release(const ResponseOutput& output) {
     each_placed(output, [&](const PositionCorrection& position_correction) {
         state_.inverse_mass[at(state_.place[at(position_correction.vertex)])] =
@@ -197,7 +197,6 @@ Outcome MovingTissue::check(bool finite, double bound, const ResponseOutput& out
     return {};
 }
 
-/// Furthest way to where a vertex was put before the tick, m.
 double MovingTissue::placed_move(const ResponseOutput& output, const Frame& frame) const {
     double square = 0.0;
     each_placed(output, [&](const PositionCorrection& position_correction) {
@@ -207,7 +206,6 @@ double MovingTissue::placed_move(const ResponseOutput& output, const Frame& fram
     return std::sqrt(square);
 }
 
-/// Largest way of a vertex since then, m.
 double MovingTissue::longest_path(const Matrix3X& start) const {
     double square = 0.0;
     for (std::size_t i = 0; i < state_.size(); ++i) {
@@ -217,7 +215,7 @@ double MovingTissue::longest_path(const Matrix3X& start) const {
     return std::sqrt(square);
 }
 
-/// Largest way of a vertex along one axis since the start of the tick, m.
+/// Largest displacement of a vertex along one axis since the start of the tick, m.
 double MovingTissue::furthest(const Matrix3X& start) const {
     double furthest = 0.0;
     for (std::size_t i = 0; i < state_.size(); ++i) {
@@ -227,7 +225,6 @@ double MovingTissue::furthest(const Matrix3X& start) const {
     return furthest;
 }
 
-/// All vertices where the sub-steps start from.
 Matrix3X MovingTissue::start_of(const ResponseOutput& output, const Frame& frame) const {
     Matrix3X start = frame.position;
     each_placed(output, [&](const PositionCorrection& position_correction) {

@@ -1,6 +1,6 @@
-// What every stepper of the mass-spring tissue needs beside its rule: the vertices that move as flat arrays, taken over
-// from a frame with the position corrections of a response output and given back to one, the strain limit, and the
-// checks of a tick.
+// State shared by all steppers of the mass-spring tissue: flat arrays of the vertices that move, the strain limit, and
+// the checks of a tick. Vertices are read from a frame with the position corrections of a response output, and written
+// back to one.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,10 @@
 
 namespace trocar {
 
-/// Passes over all springs in which the strain limit shortens those that are too long.
+/// Passes of the strain limit over all springs.
 constexpr int limit_passes = 2;
-/// Provot's correction of one spring: where it is longer than `limit` (m) its ends are brought back to that by their
-/// inverse masses (1/kg; 0: stays), and lose the part of their relative velocity that would lengthen it again. Says
-/// whether it was too long and could be shortened.
+/// Provot's correction of one spring that is longer than `limit` (m). Moves its ends to that length by their inverse
+/// masses (1/kg; 0: fixed) and removes their separating velocity. True if the spring was shortened.
 bool shorten(Index i, Index j, double limit, double inverse_mass_i, double inverse_mass_j, TissueState& state);
 
 class MovingTissue {
@@ -30,46 +29,46 @@ public:
     [[nodiscard]] const SpringKernels& kernels() const { return *kernels_; }
     [[nodiscard]] TissueState& state() { return state_; }
     [[nodiscard]] const TissueState& state() const { return state_; }
-    /// Those with an end that moves, as the scene gives them and as arrays in the same order.
+    /// Springs with at least one free end, as in the scene and as arrays in the same order.
     [[nodiscard]] const std::vector<Spring>& springs() const { return springs_; }
     [[nodiscard]] SpringArrays& spring_arrays() { return arrays_; }
 
-    /// Takes over the frame with the output's position corrections; the constant forces become rest bias and held
-    /// forces.
+    /// Copies the frame and applies the output's position corrections; constant forces are the rest bias and
+    /// ResponseOutput::held_force.
     void take_over(const ResponseOutput& output, const Frame& frame);
-    /// The same where the state already is the frame: position corrections and constant forces.
+    /// Applies position corrections and constant forces only, for a state that already equals the frame.
     void take_output(const ResponseOutput& output, const Frame& frame);
-    /// What kernels take as constant is so for one step: the forces of enclosures come anew from where it begins.
-    /// Nothing to do where the scene names none.
+    /// Recomputes the constant forces with the enclosures' forces at the current positions, for one step. Does nothing
+    /// without enclosures.
     void add_volume_force();
     [[nodiscard]] VolumeForces& volumes() { return volumes_; }
-    /// Puts a vertex aside by `by` (m), its velocity as it is. Gives what springs and rest bias gain, J; what
-    /// enclosures do is left out.
+    /// Displaces a vertex by `by` (m) and keeps its velocity. Returns the energy (J) gained by springs and rest bias;
+    /// enclosures are not counted.
     double put_aside(Index local, const Vector3& by);
-    /// Lets go of the vertices that were held for the tick.
+    /// Frees the vertices that position corrections held for the tick.
     void release(const ResponseOutput& output);
-    /// Writes position and velocity; previous becomes the place from which the tick started.
+    /// Writes position and velocity; `previous` becomes the position at the start of the tick.
     void give_back(const ResponseOutput& output, const Frame& from, Frame& to) const;
-    /// The same for a part of the vertices alone, from the place `local` in the state on; and what position corrections
-    /// ask for.
+    /// Writes only `vertices`, stored from index `local` of the state on. give_back_placed writes `previous` of placed
+    /// vertices.
     void give_back_part(Range vertices, Index local, const Frame& from, Frame& to) const;
     void give_back_placed(const ResponseOutput& output, Frame& to) const;
 
-    /// Strain limit (METHODS §4) on the positions as they are, and the strain that is left.
+    /// Applies the strain limit (METHODS §4) to the positions and measures the remaining strain.
     void limit_strain();
     [[nodiscard]] double max_strain() const { return max_strain_; }
     [[nodiscard]] std::int64_t limited_edges() const { return limited_edges_; }
 
-    /// Named outcome of numbers that were not finite, or of a vertex further than all springs are long; `bound` (m): no
-    /// coordinate has gone further since the tick began. Ok otherwise.
+    /// Returns unstable for a non-finite state or a displacement beyond the sum of all rest lengths; not_finite if the
+    /// input was not finite. `bound` (m): bound on the displacement of any coordinate in the tick.
     [[nodiscard]] Outcome check(bool finite, double bound, const ResponseOutput& output, const Frame& frame) const;
-    /// The last effect taken over held a force.
+    /// True if the last effect had a held force.
     [[nodiscard]] bool is_pushed() const { return pushed_; }
-    /// m, largest way of a vertex since then.
+    /// m, largest displacement of a vertex from `start`.
     [[nodiscard]] double longest_path(const Matrix3X& start) const;
-    /// m, furthest way to where a vertex was put before the tick.
+    /// m, largest displacement by a position correction.
     [[nodiscard]] double placed_move(const ResponseOutput& output, const Frame& frame) const;
-    /// All vertices where the tick starts from.
+    /// Positions of all vertices at the start of the tick, position corrections applied; 3×N, m.
     [[nodiscard]] Matrix3X start_of(const ResponseOutput& output, const Frame& frame) const;
 
 private:
@@ -85,10 +84,10 @@ private:
     SpringArrays arrays_;
     TissueState state_;
     VolumeForces volumes_;
-    Matrix4X held_force_;                ///< N, what does not change in a tick; only with enclosures
+    Matrix4X held_force_;                ///< N, constant over a tick; only with enclosures
     double extent_ = 0.0;                ///< m, sum of rest lengths
     std::vector<std::uint8_t> limited_;  ///< per spring
-    bool pushed_ = false;                ///< the last tick's effect held a force
+    bool pushed_ = false;
     double max_strain_ = 0.0;
     std::int64_t limited_edges_ = 0;
 };

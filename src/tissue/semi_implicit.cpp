@@ -1,5 +1,5 @@
-// The stepper `semi_implicit`: the mass-spring tissue of thesis eq. 3.1, sub-stepped semi-implicit Euler with implicit
-// contacts (METHODS §4). MassSpring does it; this file is its door.
+// The stepper `semi_implicit`: sub-stepped semi-implicit Euler of the mass-spring tissue of thesis eq. 3.1, with
+// implicit contacts (METHODS §4). An adapter of MassSpring.
 #include <memory>
 #include <optional>
 

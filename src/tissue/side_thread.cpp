@@ -29,7 +29,7 @@ void SideThread::join() {
     if (const std::exception_ptr thrown = finish()) std::rethrow_exception(thrown);
 }
 
-/// Waits until the work is done. Gives what it has thrown.
+/// Waits until the work is done. Returns its exception, if any.
 std::exception_ptr SideThread::finish() {
     wait_awake_while(State::working);
     state_.store(State::idle);
@@ -58,7 +58,7 @@ void SideThread::change(State to) {
     state_.notify_one();
 }
 
-/// Asleep after a while: a machine with a single processor has to let the other thread on.
+/// Spins for a while, then blocks: a machine with a single processor has to run the other thread.
 void SideThread::wait_awake_while(State now) const {
     constexpr int polls = 4000;
     for (int n = 0; n < polls; ++n) {

@@ -1,4 +1,4 @@
-// A second thread for what a stepper can do beside the rest of a tick: started and waited for within it.
+// A second thread that runs work of a stepper in parallel, started and joined within a tick.
 #pragma once
 
 #include <atomic>
@@ -10,24 +10,24 @@ namespace trocar {
 class SideThread {
 public:
     SideThread();
-    /// Waits for work that is still done.
+    /// Waits for unfinished work.
     ~SideThread();
     SideThread(const SideThread&) = delete;
     SideThread& operator=(const SideThread&) = delete;
     SideThread(SideThread&&) = delete;
     SideThread& operator=(SideThread&&) = delete;
 
-    /// There will be work soon: the thread waits for it awake for a while, since waking takes longer than much work.
+    /// Announces work. The thread then spins for a while, because waking it can take longer than the work.
     void rouse();
-    /// Calls work() in the thread; `work` has to live until `join`, which comes before the next call.
+    /// Calls work() in the thread. `work` has to live until `join`, which must precede the next call.
     template <typename Work>
     void start(const Work& work) {
         begin([](const void* what) { (*static_cast<const Work*>(what))(); }, &work);
     }
-    /// Waits until the work is done, and throws what it has thrown.
+    /// Waits until the work is done and rethrows its exception.
     void join();
-    /// Calls work() in the thread and meanwhile() here; ends when both have ended, and throws what either has thrown,
-    /// of both that of `meanwhile`.
+    /// Calls work() in the thread and meanwhile() in the caller, and waits for both. Rethrows an exception of either;
+    /// `meanwhile` takes precedence.
     template <typename Work, typename Meanwhile>
     void run(const Work& work, const Meanwhile& meanwhile) {
         start(work);

@@ -18,7 +18,7 @@
 #ifndef TROCAR_SPRING_BLOCK
 #define TROCAR_SPRING_BLOCK
 namespace trocar {
-/// Springs between two examines which vertices they have passed.
+/// Springs evaluated between two updates of vertices.
 constexpr std::size_t spring_block = 128;
 }  // namespace trocar
 #endif
@@ -26,12 +26,12 @@ constexpr std::size_t spring_block = 128;
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
-/// Where the force of spring s lies.
+/// Column of `force` that holds spring s.
 HWY_INLINE Index spot(const SpringArrays& springs, std::size_t s) {
     return static_cast<Index>(s & (static_cast<std::size_t>(springs.force.cols()) - 1));
 }
 
-/// One spring at a time: what is left over after the vectors, and CPUs without vectors of four doubles.
+/// One spring at a time: the remainder after the vectors, and CPUs without vectors of four doubles.
 HWY_INLINE void find_one_force(SpringArrays& springs, std::size_t s, const TissueState& state) {
     const double* const xi = column(state.position, springs.i[s]);
     const double* const xj = column(state.position, springs.j[s]);
@@ -64,7 +64,7 @@ HWY_INLINE Vector difference(const SpringArrays& springs, std::size_t s, const M
 /// Springs first <= s < end.
 HWY_INLINE void find_forces(SpringArrays& springs, std::size_t first, std::size_t end, const TissueState& state) {
     const Four d;
-    // Held apart from the stores, after which the compiler would have to read every pointer again.
+    // Local pointers, because the compiler would otherwise reload them after every store.
     const double* const position = state.position.data();
     const double* const velocity = state.velocity.data();
     double* const force = springs.force.data();
@@ -108,8 +108,8 @@ HWY_INLINE void find_forces(SpringArrays& springs, std::size_t first, std::size_
 double largest_stretch(const SpringArrays& springs, const TissueState& state) {
     const Four d;
     auto most = hn::Zero(d);
-    auto least = hn::Zero(d);  // square of a stretch that is surely below the largest so far
-    // Far above what the roundings of both ways to a stretch can differ by.
+    auto least = hn::Zero(d);  // lower bound on the square of the largest stretch so far
+    // Exceeds the rounding difference between the two formulae for a stretch.
     const auto shrunk = hn::Set(d, 1.0 - 1e-12);
     std::size_t s = 0;
     for (; s + 4 <= springs.size(); s += 4) {
@@ -118,7 +118,7 @@ double largest_stretch(const SpringArrays& springs, const TissueState& state) {
                   difference(springs, s + 2, state.position), difference(springs, s + 3, state.position), x, y, z);
         const auto square = hn::Add(hn::Add(hn::Mul(x, x), hn::Mul(y, y)), hn::Mul(z, z));
         const auto inverse_rest = hn::LoadU(d, &springs.inverse_rest[s]);
-        // The root is drawn where it can matter only.
+        // The square root is taken only where it may change the maximum.
         if (hn::AllTrue(d, hn::Lt(hn::Mul(hn::Mul(square, inverse_rest), inverse_rest), least))) continue;
         most = hn::Max(most, hn::Mul(hn::Sqrt(square), inverse_rest));
         const auto largest = hn::MaxOfLanes(d, most);
@@ -129,7 +129,7 @@ double largest_stretch(const SpringArrays& springs, const TissueState& state) {
     return result;
 }
 
-/// Moves vertices and keeps what SubStepCheck reports them.
+/// Moves vertices and accumulates a SubStepCheck.
 class Mover {
 public:
     HWY_INLINE Mover(double h, const SpringArrays& springs, TissueState& state)
@@ -196,7 +196,7 @@ double largest_stretch(const SpringArrays& springs, const TissueState& state) {
     return result;
 }
 
-/// Moves vertices and keeps what SubStepCheck reports them.
+/// Moves vertices and accumulates a SubStepCheck.
 class Mover {
 public:
     Mover(double h, const SpringArrays& springs, TissueState& state) : h_(h), springs_(&springs), state_(&state) {}
@@ -242,7 +242,7 @@ void take_over(const Matrix3X& from, Range range, Index local, Matrix4X& to) {
     Index left = range.count;
 #if HWY_MAX_BYTES >= 32
     const Four d;
-    // A vector takes the next column's first number with it, which the last column does not have.
+    // A vector load also reads the first number of the next column, which the last column does not have.
     for (; left > 1; --left, source += 3, target += 4) {
         hn::StoreU(hn::IfThenElseZero(hn::FirstN(d, 3), hn::LoadU(d, source)), d, target);
     }
@@ -262,7 +262,7 @@ void give_back(const Matrix4X& from, Index local, Range range, Matrix3X& to) {
     for (; left > 0; --left, source += 4, target += 3) std::copy_n(source, 3, target);
 }
 
-/// A vertex moves as soon as the springs have passed it: what the one reads the other finds in the cache.
+/// Vertices move in blocks as soon as all their springs are evaluated, so that the forces are still in the cache.
 SubStepCheck sub_step(double h, SpringArrays& springs, TissueState& state) {
 #if HWY_MAX_BYTES >= 32
     if (!springs.stencil.empty()) return StencilStep(h, springs.stencil, state).run();
@@ -318,7 +318,7 @@ SpringArrays spring_arrays(std::vector<Spring>& springs, const std::vector<Index
     }
     arrays.in.resize(springs.size());
     std::vector<std::uint32_t> next = arrays.first_in;
-    std::size_t longest = 1;  // springs from one to the last that is found before its j moves
+    std::size_t longest = 1;  // springs evaluated between one and the update of its j
     for (std::size_t s = 0; s < springs.size(); ++s) {
         const auto j = static_cast<std::size_t>(arrays.j[s]);
         arrays.in[next[j]++] = static_cast<std::uint32_t>(s);

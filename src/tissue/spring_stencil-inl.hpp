@@ -1,5 +1,5 @@
-// The sub-step of springs that repeat by offset (SpringStencil), for vectors of four or eight doubles. Every number
-// comes from the same operations in the same order as in spring_kernels.cpp. Included once per instruction set.
+// The sub-step of springs grouped by offset (SpringStencil), for vectors of four or eight doubles. Operations and their
+// order equal those of spring_kernels.cpp. Included once per instruction set.
 #if defined(TROCAR_TISSUE_SPRING_STENCIL_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef TROCAR_TISSUE_SPRING_STENCIL_INL
 #undef TROCAR_TISSUE_SPRING_STENCIL_INL
@@ -48,16 +48,16 @@ public:
 private:
     static constexpr std::size_t group = SpringStencil::group;
     static constexpr std::size_t lanes = hn::MaxLanes(Wide());
-    static constexpr unsigned all = (1U << lanes) - 1;  ///< marks of as many vertices as a vector takes
-    /// From a number of the window to that of the same column in the next row.
+    static constexpr unsigned all = (1U << lanes) - 1;  ///< bits of the vertices in one vector
+    /// Stride between rows of the window.
     static constexpr std::size_t row = SpringStencil::window;
-    static constexpr std::size_t force_rows = 6;  ///< those before the first force
+    static constexpr std::size_t force_rows = 6;  ///< position and velocity rows, before the first force
 
-    /// Column of a vertex in the window. What the springs of earlier vertices give, and the empty columns before the
-    /// first vertex, stand `query_distance_` before a block.
+    /// Column of a vertex in the window. A block is preceded by `query_distance_` columns: forces of springs of earlier
+    /// vertices, or empty columns before the first vertex.
     [[nodiscard]] std::size_t column_of(std::size_t v) const { return v + query_distance_ - start_; }
 
-    /// Moves the window on when the block at `first` and what its springs lead to does not fit behind the last.
+    /// Shifts the window when the block at `first` and the ends of its springs do not fit behind the last block.
     void make_room(std::size_t first) {
         const std::size_t end = column_of(first) + SpringStencil::block + query_distance_ + group;
         if (end <= SpringStencil::window) return;
@@ -69,7 +69,8 @@ private:
         start_ = first;
     }
 
-    /// Takes position and velocity over by axis; vertices behind the last one are at rest in the origin.
+    /// Copies position and velocity up to vertex `end` by axis; the padding after the last vertex is at rest in the
+    /// origin.
     void take_until(std::size_t end) {
         const double* const position = state_->position.data();
         const double* const velocity = state_->velocity.data();
@@ -100,7 +101,7 @@ private:
         }
     }
 
-    /// Of the springs of one offset from the vertices first <= i < end.
+    /// Forces of the springs of offset number c from the vertices first <= i < end.
     void find_forces(std::size_t c, std::size_t first, std::size_t end) const {
         const Wide d;
         const std::size_t offset = stencil_->offsets[c];
@@ -131,7 +132,7 @@ private:
         }
     }
 
-    /// Vertices first <= v < end, whose springs have all been found.
+    /// Vertices first <= v < end; the forces of all their springs are known.
     void move(std::size_t first, std::size_t end) {
         auto furthest = furthest_;
         auto not_finite = not_finite_;
@@ -146,7 +147,7 @@ private:
                       not_finite);
         }
         if (whole < end) {
-            // The last group is not full: what is behind the last vertex does not move.
+            // The last group is padded with fixed vertices.
             std::array<double, 4 * group> constants{}, positions{}, velocities{};
             std::array<double, group> drags{}, inverse_masses{};
             const std::size_t left = end - whole;
@@ -164,7 +165,7 @@ private:
         not_finite_ = not_finite;
     }
 
-    /// As many as a vector takes, whose first is v.
+    /// One vector of vertices from v on.
     HWY_INLINE void move_some(std::size_t v, const double* constant, const double* drag, const double* inverse_mass,
                               double* position, double* velocity, WideVector& all_furthest,
                               WideVector& all_not_finite) const {
@@ -247,7 +248,7 @@ private:
         hn::StoreU(p3, d, to + 12);
     }
 
-    /// Incoming springs by ascending number, which is descending offset, then the outgoing ones.
+    /// Incoming springs in ascending order, which is descending offset, then the outgoing ones.
     HWY_INLINE void add_forces(std::size_t v, const double* at, WideVector& x, WideVector& y, WideVector& z) const {
         const Wide d;
         const std::size_t* const offsets = stencil_->offsets.data();
@@ -294,7 +295,7 @@ private:
     std::size_t query_distance_, count_;
     double* work_;
     std::size_t start_ = 0;  ///< vertex at column `query_distance_` of the window
-    std::size_t taken_ = 0;  ///< vertices before it are in the window
+    std::size_t taken_ = 0;  ///< vertices before this one are in the window
     WideVector furthest_ = hn::Zero(Wide());
     WideVector not_finite_ = hn::Zero(Wide());  // a finite number times zero is zero; infinities and NaN give NaN
 };

@@ -15,7 +15,7 @@ std::size_t offset_of(const SpringArrays& springs, std::size_t s) {
     return static_cast<std::size_t>(springs.j[s]) - static_cast<std::size_t>(springs.i[s]);
 }
 
-/// Ascending; empty: too many or too long ones, or the springs of a vertex do not come in this order.
+/// Ascending offsets. Empty if they are too many or too long, or if a vertex's springs are not sorted by offset.
 std::vector<std::size_t> offsets_of(const SpringArrays& springs) {
     std::vector<std::size_t> offsets;
     for (std::size_t s = 0; s < springs.size(); ++s) {
@@ -41,7 +41,7 @@ SpringStencil spring_stencil(const SpringArrays& springs) {
     stencil.groups = groups_of(springs.first_out.size() - 1);
     stencil.constants.assign(count * stencil.groups * 3 * group, 0.0);
     stencil.present.assign(stencil.groups * 2 * count, 0);
-    std::size_t columns = 0;  // with what is computed for nothing
+    std::size_t columns = 0;  // to compute, padding included
     for (std::size_t s = 0; s < springs.size(); ++s) {
         const auto i = static_cast<std::size_t>(springs.i[s]);
         const auto j = static_cast<std::size_t>(springs.j[s]);

@@ -1,6 +1,6 @@
-// Springs of a mesh that repeats, such as a sheet of rows: most vertices have a spring to the vertices at the same few
-// offsets in the state. Springs of one offset then stand side by side, and so do their ends: vectors of neighbours are
-// read and written in one go, without index, gather or transposition.
+// Springs of a mesh that repeats, such as a sheet of rows: most vertices have springs at the same few offsets in the
+// state. Springs of one offset are contiguous, and so are their ends. Vectors of neighbours then need no index, gather
+// or transposition.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace trocar {
 
 struct SpringArrays;
 
-/// Memory from the start of a line of the cache: vectors then lie in one line each, not across two.
+/// Allocates at cache line boundaries, so that no vector crosses two lines.
 template <typename T>
 struct LineAllocator {
     using value_type = T;
@@ -26,27 +26,27 @@ struct LineAllocator {
 };
 using LineVector = std::vector<double, LineAllocator<double>>;
 
-/// Springs by offset j - i: those of one offset are a column over the vertices i, empty where there is none. The order
-/// of a vertex's sum is that of SpringArrays: incoming by descending, then outgoing by ascending offset.
+/// Springs by offset j - i: one column over the vertices i per offset, empty where there is no spring. The order of a
+/// vertex's sum is that of SpringArrays: incoming by descending offset, then outgoing by ascending offset.
 struct SpringStencil {
-    static constexpr std::size_t group = 8;    ///< vertices side by side; a vector takes all or half
-    static constexpr std::size_t block = 256;  ///< vertices whose springs are found before they move
-    /// Columns of `work`. No multiple of a page, or all its arrays would share the same lines of the cache.
+    static constexpr std::size_t group = 8;    ///< contiguous vertices; a vector holds all or half
+    static constexpr std::size_t block = 256;  ///< vertices whose springs are evaluated before they move
+    /// Columns of `work`. Not a multiple of a page, to avoid cache set conflicts between rows.
     static constexpr std::size_t window = 8192 + 72;
-    static constexpr std::size_t longest = 2048;  ///< offset: what lies between the ends of a spring stays in the cache
-    std::vector<std::size_t> offsets;  ///< ascending; empty: the springs do not repeat, nothing else is filled
+    static constexpr std::size_t longest = 2048;  ///< largest offset; both ends of a spring stay in the cache
+    std::vector<std::size_t> offsets;             ///< ascending; empty: the springs do not repeat, all else is empty
     std::size_t groups = 0;
-    /// Per offset and group k, offset and damping of its springs as in SpringArrays, 0 where there is none.
+    /// Per offset and group: k, offset and damping of the springs as in SpringArrays, 0 where there is none.
     LineVector constants;
-    /// Per group first outgoing, then incoming springs: for each offset one bit per vertex that has one.
+    /// Per group: outgoing, then incoming springs; one bit per offset and vertex.
     std::vector<std::uint8_t> present;
-    std::size_t query_distance = 0;  ///< largest offset, rounded up to groups
-    /// Rows x y z and those of the velocity of the vertices around a block, then forces x y z per offset.
+    std::size_t query_distance = 0;  ///< largest offset, rounded up to whole groups.
+    /// Rows x y z of position and velocity around a block, then rows x y z of force per offset.
     LineVector work{};
     [[nodiscard]] bool empty() const { return offsets.empty(); }
 };
 
-/// Empty where going by offsets would not pay, or would change the order of a sum.
+/// Empty where a stencil would not pay, or would change the order of a sum.
 SpringStencil spring_stencil(const SpringArrays& springs);
 
 }  // namespace trocar

@@ -17,7 +17,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
-/// One spring: its entries of the system and what it adds to the right side.
+/// Entries of one spring in the system, and its part of the right side.
 HWY_INLINE void linearise_one(double h, const SpringArrays& springs, std::size_t s, const TissueState& state,
                               SpringSystem& system) {
     const auto i = static_cast<std::size_t>(springs.i[s]);
@@ -27,7 +27,7 @@ HWY_INLINE void linearise_one(double h, const SpringArrays& springs, std::size_t
     const double* const vi = column(state.velocity, i);
     const double* const vj = column(state.velocity, j);
     const double d[3] = {xj[0] - xi[0], xj[1] - xi[1], xj[2] - xi[2]};
-    // What does not move in the step keeps its place, whatever its velocity is.
+    // Fixed vertices keep their position in the step, whatever their velocity is.
     const double mi = state.inverse_mass[i] != 0.0 ? 1.0 : 0.0;
     const double mj = state.inverse_mass[j] != 0.0 ? 1.0 : 0.0;
     const double length = std::sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
@@ -42,7 +42,7 @@ HWY_INLINE void linearise_one(double h, const SpringArrays& springs, std::size_t
     system.alpha[s] = alpha;
     system.beta[s] = beta;
     double closing = 0.0;
-    double opening = 0.0;  // of places
+    double opening = 0.0;  // m/s, with fixed ends at rest
     for (int axis = 0; axis < 3; ++axis) {
         closing += (vj[axis] - vi[axis]) * u[axis];
         opening += (mj * vj[axis] - mi * vi[axis]) * u[axis];
@@ -246,7 +246,7 @@ double multiply(const SpringArrays& springs, const SpringSystem& system, const M
     return close_rows(system, vector, result);
 }
 
-/// Blocks of A on its diagonal, inverted.
+/// Inverts the diagonal blocks of A.
 void invert_blocks(const SpringArrays& springs, SpringSystem& system) {
     for (std::size_t v = 0; v < system.inertia.size(); ++v) {
         double* const inverse = system.inverse.data() + 12 * v;
@@ -339,24 +339,24 @@ ConjugateGradients::ConjugateGradients(std::size_t vertex_count) : kernels_(&sys
     }
 }
 
-/// image = A direction; gives direction · image.
+/// image = A direction; returns direction · image.
 double ConjugateGradients::multiply(const SpringArrays& springs, const SpringSystem& system) {
     return kernels_->multiply(springs, system, vectors_.direction, vectors_.image);
 }
 
 bool ConjugateGradients::has_factor() const { return factor_ != nullptr && factor_->is_ready(); }
 
-/// A step along the direction, as the kernel of this name; the factor does anew what the blocks have preconditioned.
+/// As the kernel of this name; a ready factor replaces the block preconditioner.
 double ConjugateGradients::advance(const SpringSystem& system, double step, Matrix4X& solution) {
     const double product = kernels_->advance(system, step, solution, vectors_);
     if (!has_factor()) return product;
     return factor_->precondition(system, vectors_.residual, vectors_.preconditioned);
 }
 
-/// Gives the product of the right side and what it is preconditioned.
+/// Returns the product of the right side and the preconditioned right side.
 double ConjugateGradients::start_from_nothing(const SpringSystem& system, const Matrix4X& right_side,
                                               Matrix4X& solution) {
-    // Cleared, not scaled by zero: numbers that were not finite would stay.
+    // setZero, because scaling by zero would keep non-finite numbers.
     for (Matrix4X* vector : {&solution, &vectors_.direction, &vectors_.image}) vector->setZero();
     vectors_.residual = right_side;
     return advance(system, 0.0, solution);
@@ -380,15 +380,16 @@ int ConjugateGradients::improve(const SpringArrays& springs, const SpringSystem&
     double own = has_factor() ? 0.0 : advance(system, 0.0, solution);
     const double curvature = multiply(springs, system);
     double rho = advance(system, 1.0, solution);
-    // Of b = r + A x, with P the factor's inverse: r·Pr + 2 Ax·Pr + Ax·P(Ax). The last is nearly x·Ax, since P nearly
-    // is A's inverse, and solving once more to know it better would cost as much as an iteration.
+    // With b = r + A x and P the inverse of the factor: b·Pb = r·Pr + 2 Ax·Pr + Ax·P(Ax). The last term is approximated
+    // by x·Ax, since P approximates A⁻¹; its exact value would cost about an iteration.
     if (has_factor()) own = rho + 2.0 * vectors_.image.cwiseProduct(vectors_.preconditioned).sum() + curvature;
     if (!(rho < own)) own = rho = start_from_nothing(system, right_side, solution);
     size_ = std::max(own, size);
     return iterate(springs, system, rho, tolerance * tolerance * size_, iterations, solution);
 }
 
-/// From the residual and what it is preconditioned, whose product is `rho`, until that is `small`.
+/// Iterates from the residual and preconditioned residual, whose product is `rho`, until the product is at most
+/// `small`.
 int ConjugateGradients::iterate(const SpringArrays& springs, const SpringSystem& system, double rho, double small,
                                 int iterations, Matrix4X& solution) {
     kernels_->turn(0.0, vectors_);

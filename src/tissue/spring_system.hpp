@@ -1,7 +1,7 @@
-// The linear system of a linearly implicit Euler step over h (Baraff and Witkin 1998, eq. 6) for the springs of thesis
-// eq. 3.1: A dv = b with A = M + h (C + D) + h² K, C the dampers, D the drag and K the springs' stiffness at the start
-// of the step. Where a spring is shorter than its tension bears, what it does across itself is left out of K, so that A
-// is positive definite at any place.
+// Linear system of a linearly implicit Euler step over h (Baraff and Witkin 1998, eq. 6) for the springs of thesis
+// eq. 3.1: A dv = b with A = M + h (C + D) + h² K. C holds the dampers, D the drag and K the spring stiffness. All are
+// linearised at the start of the step. K's transverse part (tension over length) is clamped at 0, so that A is always
+// positive definite.
 #pragma once
 
 #include <cstdint>
@@ -13,59 +13,61 @@ namespace trocar {
 
 class LaggedFactor;
 
-/// Springs as the system has them: alpha u uᵀ + beta I between the two ends. In the order of SpringArrays.
+/// Springs of the system: alpha u uᵀ + beta I between both ends, in the order of SpringArrays.
 struct SpringSystem {
     std::vector<double> x, y, z;  ///< unit direction from i to j
     std::vector<double> alpha;    ///< kg, h (c + h k) - beta
     std::vector<double> beta;     ///< kg, h² tension / length, at least 0
-    std::vector<double> inertia;  ///< kg, per vertex of the state: mass + h drag; 0 = does not move
-    std::vector<double> inverse;  ///< 12 per vertex: columns of the inverse of A's 3×3 block, each with a fourth 0
-    Matrix4X right_side;          ///< N s: h f - h² K v
+    std::vector<double> inertia;  ///< kg, per vertex of the state: mass + h drag; 0 = fixed
+    /// 12 per vertex: columns of the inverse of A's 3×3 diagonal block, each padded with 0
+    std::vector<double> inverse;
+    Matrix4X right_side;  ///< N s: h f - h² K v
 
     SpringSystem(std::size_t spring_count, std::size_t vertex_count);
 };
 
-/// The vectors of conjugate gradients, 4 × vertices.
+/// Vectors of conjugate gradients, 4 × vertices.
 struct GradientVectors {
     Matrix4X residual, preconditioned, direction, image;
 };
 
 struct SystemKernels {
-    /// Linearises the springs at the state for a step of h (s), constant forces in the right side; `inverse` is left.
+    /// Linearises the springs at the state for a step of h (s), constant forces in the right side; `inverse` is
+    /// unchanged.
     void (*linearise)(double h, const SpringArrays& springs, const TissueState& state, SpringSystem& system);
-    /// Finds `inverse` for the springs as they are.
+    /// Computes `inverse` for the current springs.
     void (*invert_blocks)(const SpringArrays& springs, SpringSystem& system);
-    /// result = A · vector; columns of what does not move have to be 0 in `vector` and are 0 in `result`. Gives
-    /// vector · result.
+    /// result = A · vector. Columns of fixed vertices must be 0 in `vector` and are 0 in `result`. Returns vector ·
+    /// result.
     double (*multiply)(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& vector,
                        Matrix4X& result);
-    /// A step along the direction: the solution, the residual after it and that preconditioned. Gives their product.
+    /// Steps along the direction: updates solution, residual and preconditioned residual. Returns the product of the
+    /// last two.
     double (*advance)(const SpringSystem& system, double step, Matrix4X& solution, GradientVectors& vectors);
     /// direction = preconditioned + ratio direction.
     void (*turn)(double ratio, GradientVectors& vectors);
     const char* target;  ///< name of the instruction set
 };
 
-/// One version per instruction set of this CPU, the best one first; all give the same bits.
+/// One version per instruction set of this CPU, best first; all give the same bits.
 const std::vector<SystemKernels>& system_kernels();
 
-/// Preconditioned conjugate gradients with the 3×3 blocks as preconditioner, or a factor in their place once it is
-/// ready.
+/// Preconditioned conjugate gradients. The preconditioner is the 3×3 diagonal blocks, or a factor once it is ready.
 class ConjugateGradients {
 public:
     explicit ConjugateGradients(std::size_t vertex_count);
-    /// From now on; the factor outlives its use. nullptr: the blocks.
+    /// Sets the preconditioner; the factor must outlive its use. nullptr: the diagonal blocks.
     void precondition_by(LaggedFactor* factor) { factor_ = factor; }
-    /// Solves until the residual, measured by the preconditioner, is below `tolerance` times that of the right side,
-    /// for at most `iterations`. Gives how many it took.
+    /// Solves until the residual in the norm of the preconditioner is below `tolerance` times that of the right side,
+    /// or for `iterations`. Returns the number of iterations.
     int solve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side, double tolerance,
               int iterations, Matrix4X& solution);
-    /// The same from `solution` as it is, which has to be finite; from nothing where that is no better. The residual is
-    /// held against `size`, where that is more than the right side's own.
+    /// As solve, starting from `solution`, which must be finite, or from zero where that is no worse. The tolerance is
+    /// relative to `size` where that exceeds the norm of the right side.
     int improve(const SpringArrays& springs, const SpringSystem& system, const Matrix4X& right_side, double tolerance,
                 int iterations, Matrix4X& solution, double size = 0.0);
-    /// How large the last right side was, measured by the preconditioner (where that is a factor, nearly so): the
-    /// larger of it and what it was held against.
+    /// Reference norm of the last `improve`: the larger of its `size` and the right side's norm, approximate with a
+    /// factor.
     [[nodiscard]] double size() const { return size_; }
 
 private:

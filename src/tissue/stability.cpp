@@ -11,7 +11,7 @@
 namespace trocar {
 namespace {
 
-/// Linearised stiffness of one spring: slope of its tension along it, tension over length across it (thesis §3.2,
+/// Linearised stiffness of one spring: slope of the tension along it, tension over length across it (thesis §3.2,
 /// preload).
 Matrix3 stiffness_block(const Spring& spring, const Matrix3X& position) {
     const Vector3 d = position.col(spring.j) - position.col(spring.i);
@@ -23,8 +23,8 @@ Matrix3 stiffness_block(const Spring& spring, const Matrix3X& position) {
     return spring.k * along + tension / length * (Matrix3::Identity() - along);
 }
 
-/// Longest h with squared h² + rate h <= 4: the root with numerator and denominator multiplied by `sum`, which avoids
-/// the cancellation.
+/// Longest h with squared h² + rate h <= 4. Numerator and denominator of the root are multiplied by `sum`, which avoids
+/// cancellation.
 double longest_step(double squared, double rate) {
     const double sum = rate + std::sqrt(rate * rate + 16.0 * squared);
     return sum > 0.0 ? 8.0 / sum : std::numeric_limits<double>::infinity();
@@ -38,7 +38,7 @@ bool is_free(const Materials& materials, Index vertex) {
 
 namespace {
 
-/// Sums of the absolute values in the rows of K and C over the free vertices, 3×N.
+/// Row sums of the absolute values of K and C over the free vertices, 3×N.
 struct RowSums {
     Matrix3X stiffness;  ///< N/m
     Matrix3X damping;    ///< N s/m
@@ -123,7 +123,7 @@ int stable_substeps(const Materials& materials, const Matrix3X& position, double
     std::vector<double> damping = materials.drag;
     damping.resize(static_cast<std::size_t>(position.cols()), 0.0);
     for (const Spring& spring : materials.springs) {
-        // |c u uᵀ| has row sums up to sqrt(3) c per block; two blocks per row.
+        // c u uᵀ| has row sums up to sqrt(3) c per block; two blocks per row.
         const double row = 2.0 * std::sqrt(3.0) * spring.damping;
         damping[at(spring.i)] += row;
         damping[at(spring.j)] += row;
@@ -155,10 +155,10 @@ void add_damping(const Materials& materials, const Matrix3X& position, const Mat
     }
 }
 
-/// Smallest step that power iteration with h proves unstable; stops at the first that is below `enough`.
+/// Smallest step that power iteration with h proves unstable; stops at the first step below `enough`.
 double proven_unstable(const Materials& materials, const Matrix3X& position, double h, double enough) {
-    // The scheme at the growth factor z = -1: 4 M - h² K - 2 h C. It is positive definite for z towards minus infinity,
-    // so that any displacement that makes it negative proves a root z < -1.
+    // The scheme at the growth factor z = -1: 4 M - h² K - 2 h C. It is positive definite as z tends to minus infinity.
+    // Any displacement that makes it negative therefore proves a root z < -1.
     const Eigen::Index n = position.cols();
     Matrix3X shape(3, n);
     for (Eigen::Index i = 0; i < shape.size(); ++i) {

@@ -17,7 +17,7 @@ int count_of(const std::array<Index, 3>& vertices) {
     return static_cast<int>(std::count_if(vertices.begin(), vertices.end(), [](Index v) { return v >= 0; }));
 }
 
-/// Of the points on two lines that are nearest to each other, how far along each, in [0, 1].
+/// Parameters in [0, 1] of the closest points of two lines, clamped to the edges.
 std::pair<double, double> closest_on_edges(const Vector3& a0, const Vector3& along_a, const Vector3& b0,
                                            const Vector3& along_b) {
     const Vector3 across = along_a.cross(along_b);
@@ -27,8 +27,8 @@ std::pair<double, double> closest_on_edges(const Vector3& a0, const Vector3& alo
             std::clamp(between.cross(along_a).dot(across) / square, 0.0, 1.0)};
 }
 
-/// Weights of a face under a point: its nearest point, or where the contact was with the plane beside the face
-/// (`given` has a negative weight), that of the plane.
+/// Weights of a face at its point closest to `point`. If `given` has a negative weight, the contact is with the face's
+/// plane and the projection on that plane is used.
 Vector3 under_point(const std::array<double, 3>& given, const Corners& face, const Vector3& point) {
     const bool beside = *std::min_element(given.begin(), given.end()) < 0.0;
     return beside ? projection_on_plane(face, point) : closest_point_on_triangle(face, point);
@@ -43,7 +43,7 @@ TickContacts::TickContacts(Index vertex_count, std::size_t moving) {
     rubbing_.reserve(at(vertex_count));
     spot_.assign(at(vertex_count), -1);
     touched_.reserve(moving);
-    // So many contacts find room without asking for memory in a tick.
+    // Reserves capacity, so that usual contact counts do not allocate within a tick.
     const std::size_t usual = std::min<std::size_t>(moving, 1024);
     contacts_.reserve(usual);
     mean_normal_.reserve(usual);
@@ -64,7 +64,7 @@ void TickContacts::collect(const ResponseOutput& output, const Frame& frame, con
     mean_normal_.assign(output.contacts.size(), Vector3::Zero());
     loads_.assign(output.contacts.size(), {});
     mean_friction_.assign(output.contacts.size(), Vector3::Zero());
-    // A contact that was not in the last tick's effect starts with an unstretched tangential spring.
+    // A contact that was absent from the last tick's effect starts with an unstretched tangential spring.
     std::erase_if(rubbing_, [this](Index v) { return --rubbed_[at(v)] == 0; });
     for (const Index key : rubbing_) anchor_[at(key)] = {};
     for (std::size_t c = 0; c < output.contacts.size(); ++c) {
@@ -80,7 +80,7 @@ void TickContacts::collect(const ResponseOutput& output, const Frame& frame, con
         };
         for (int i = 0; i < entry.count; ++i) touch(entry.vertex[at(i)]);
         if (entry.turns) {
-            // A corner without a weight may get one within the tick.
+            // A corner of weight 0 may get weight within the tick.
             for (const auto& vertices : {output.contacts[c].vertices, output.contacts[c].reaction_vertices}) {
                 for (const Index vertex : vertices) {
                     if (vertex >= 0 && state.moves(state.place[at(vertex)])) touch(state.place[at(vertex)]);
@@ -91,7 +91,7 @@ void TickContacts::collect(const ResponseOutput& output, const Frame& frame, con
     }
 }
 
-/// False when nothing of the contact moves here.
+/// False if no vertex of the contact is free.
 bool TickContacts::enter(const ContactForceLaw& contact, const Frame& frame, const TissueState& state,
                          std::span<const Vector3> late, TickContact& entry) {
     entry.normal = contact.normal;
@@ -102,7 +102,7 @@ bool TickContacts::enter(const ContactForceLaw& contact, const Frame& frame, con
     entry.adhesive = contact.adhesive;
     entry.bilateral = contact.bilateral();
     entry.limit = contact.limit;
-    double speed = 0.0;  // of P at the frame
+    double speed = 0.0;  // of P, in the frame
     const auto add = [&](Index vertex, double weight) {
         if (vertex < 0 || weight == 0.0) return;
         const Index local = state.place[at(vertex)];
@@ -131,8 +131,8 @@ bool TickContacts::enter(const ContactForceLaw& contact, const Frame& frame, con
         const auto heavy = [](double weight) { return std::abs(weight) >= least_weight; };
         entry.solved = std::any_of(entry.weight.begin(), entry.weight.begin() + entry.count, heavy);
     }
-    // Only what a source's contact is held by says where the other side is at the start of the tick (other_point).
-    // Tissue that nothing can move has no place in the state, and no motion to follow.
+    // Only constraints with a source_id have other_point, the other side at the start of the tick. Static tissue is not
+    // in the state and has no motion to follow.
     const auto in_state = [&state](Index vertex) { return vertex < 0 || state.place[at(vertex)] >= 0; };
     entry.turns = contact.role == ContactRole::constraint && contact.source_id != 0 &&
                   std::all_of(contact.vertices.begin(), contact.vertices.end(), in_state) &&
@@ -227,7 +227,7 @@ void TickContacts::turn(const TissueState& state) {
         normal /= normal.dot(contact.normal) < 0.0 ? -size : size;
         Vector3 weights;
         if (of_edges) {
-            // Seen along the other edge, both lie in one plane.
+            // Projects along the other edge into one plane.
             const auto flat = [&edge](const Vector3& v) { return Vector3(v - v.dot(edge) * edge); };
             const Vector3 along = flat(second - first);
             const double path = std::clamp(flat(point - first).dot(along) / along.squaredNorm(), 0.0, 1.0);
@@ -239,7 +239,7 @@ void TickContacts::turn(const TissueState& state) {
     }
 }
 
-/// Of two tissues, a vertex and a face or two edges: both sides are where the last sub-step left them.
+/// Contact of two tissues, vertex and face or two edges: both sides are at their positions after the last sub-step.
 void TickContacts::turn_tissues(const TissueState& state, TickContact& contact) const {
     const ContactForceLaw& given = output_->contacts[contact.source];
     const auto corners = [&](const std::array<Index, 3>& vertices) {
@@ -276,8 +276,7 @@ void TickContacts::turn_tissues(const TissueState& state, TickContact& contact) 
     take_weights(state, weights, other_weights, normal, contact);
 }
 
-/// Nothing changes where none of the weights is on a vertex that moves. `other_weights` count where the other side is
-/// tissue.
+/// Changes nothing if no weight is on a free vertex. `other_weights` are used where the other side is tissue.
 void TickContacts::take_weights(const TissueState& state, const Vector3& weights, const Vector3& other_weights,
                                 const Vector3& normal, TickContact& contact) const {
     const ContactForceLaw& given = output_->contacts[contact.source];
@@ -385,8 +384,8 @@ void TickContacts::slide(std::size_t number) {
     }
 }
 
-/// With SolverTiming::held what is found acts for the whole tick, and what pushes a vertex in this sub-step is taken to
-/// go on doing so.
+/// SolverTiming::held applies the impulses over the whole tick, so velocity changes of this sub-step are extrapolated
+/// over the remaining sub-steps.
 void TickContacts::predict(double h, int substeps, const TissueState& state) {
     const SolverTiming timing = output_->solver_timing;
     predicted_.begin(timing == SolverTiming::substep ? h : h * substeps);
@@ -448,7 +447,7 @@ double TickContacts::shift(MovingTissue& tissue) {
     return furthest;
 }
 
-/// m, of P.
+/// m, of the contact point P.
 Vector3 TickContacts::shift_of(const TickContact& contact) const {
     Vector3 sum = Vector3::Zero();
     for (int i = 0; shifts_ && i < contact.count; ++i) {
@@ -464,7 +463,7 @@ void TickContacts::finish_substep(double h, int substeps, const TissueState& sta
         contact.depth -= h * speed + shift_of(contact).dot(contact.normal);
         ContactForce& load = loads_[contact.source];
         if (contact.solved) {
-            // An impulse changes kinetic energy by itself times the mean of the velocities before and after.
+            // Work of an impulse: impulse times the mean of the velocities before and after.
             const Vector3 force = contact.force * contact.normal + contact.rubbed;
             for (int i = 0; i < contact.count; ++i) {
                 const Index local = contact.vertex[at(i)];

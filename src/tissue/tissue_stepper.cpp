@@ -38,7 +38,7 @@ Outcome TissueStepper::take_steps(const ResponseOutput& output, double dt, const
     begin_tick();
     const double h = dt / steps_;
     const bool known = output.contact_timing != ContactTiming::implicit;
-    double bound = 0.0;  // m, no coordinate has gone further in this tick
+    double bound = 0.0;  // m, bound on the displacement of any coordinate in this tick
     for (int number = 0; number < steps_; ++number) {
         contacts_->begin_substep(tissue_->state());
         const double furthest = step(h, known);

@@ -1,5 +1,5 @@
-// What steppers share that take their tick in equal steps: the way of a tick from frame to frame, and the checks on it.
-// A stepper of this kind says how one step goes.
+// Base of steppers that divide a tick into equal steps: reads and writes frames and checks the tick. A derived class
+// implements one step.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@ namespace trocar {
 class TissueStepper : public Stepper {
 public:
     void prepare(const Topology& topology, const Materials& materials) final;
-    /// No bound: a step of any length is borne.
+    /// Infinite stable step: any step is stable.
     [[nodiscard]] StepEstimate estimate(const Topology& topology, const Materials& materials, const Matrix3X& position,
                                         double dt, bool closely) const override;
     Outcome advance(const ResponseOutput& output, double dt, const Frame& from, Frame& to,
@@ -28,14 +28,14 @@ public:
 protected:
     explicit TissueStepper(int steps) : steps_(steps) {}
 
-    /// Once per run, when the tissue is there.
+    /// Called once per run, after the tissue is built.
     virtual void prepare_steps() = 0;
-    /// Once per run, in the first tick: the tissue stands where `start` has it, position corrections done.
+    /// Called once per run, in the first tick: the tissue equals `start` with position corrections applied.
     virtual void begin_run(const Frame& /*start*/) {}
-    /// Once per tick, before its first step.
+    /// Called once per tick, before the first step.
     virtual void begin_tick() {}
-    /// Takes the tissue over h (s). `known`: every contact gives what it holds; nothing has to be found. Gives the
-    /// furthest that a coordinate has gone, m; not finite where the numbers are not.
+    /// Advances the tissue by h (s). `known`: every contact exerts its `held` force. Returns a bound on the
+    /// displacement of any coordinate, m; not finite if the state is not.
     virtual double step(double h, bool known) = 0;
 
     [[nodiscard]] int steps() const { return steps_; }

@@ -30,7 +30,7 @@ void add_enclosure_rows(const Enclosure& enclosure, const Points& position, std:
         const double inverse = inverse_mass[static_cast<std::size_t>(v)];
         if (inverse > 0.0 && gradient.col(v).squaredNorm() > 0.0) rows.col(v).array() += lambda / inverse;
     }
-    // A third of the area normal on each corner; it changes by half the edge opposite × what a corner moves.
+    // Each corner gets a third of the area normal, which changes by half the opposite edge × the corner's displacement.
     const double factor = std::abs(pressure(enclosure, position)) / 6.0;
     for (Eigen::Index t = 0; t < enclosure.triangles.cols(); ++t) {
         const auto corner = enclosure.triangles.col(t);

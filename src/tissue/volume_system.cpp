@@ -18,7 +18,7 @@ void VolumeSystem::add_to(double h, SpringSystem& system) {
     if (volumes.none()) return;
     const TissueState& state = tissue_->state();
     volumes.linearise(state.position.topRows<3>());
-    // - h² K v of what moves.
+    // Subtracts h² K v of the free vertices.
     for (std::size_t v = 0; v < state.size(); ++v) {
         const auto column = static_cast<Eigen::Index>(v);
         moved_.col(column) = state.velocity.col(column).head<3>();

@@ -1,5 +1,5 @@
-// What enclosures add to an implicit step: the matrix of each is of rank one over all its vertices and is added to what
-// the linear system of the springs gives, by the formula of Sherman and Morrison.
+// Adds enclosures to an implicit step. Each one's matrix has rank one over all its vertices and enters the solution of
+// the spring system by the Sherman–Morrison formula.
 #pragma once
 
 #include <vector>
@@ -13,18 +13,18 @@ class VolumeSystem {
 public:
     explicit VolumeSystem(MovingTissue& tissue);
 
-    /// Linearises the enclosures at the state and takes their change by the velocities, over a step of h (s), from the
-    /// right side; what the forces themselves do is in the state's constant ones. Does nothing where there are none.
+    /// Linearises the enclosures at the state and subtracts h² K v from the right side, for a step of h (s). Their
+    /// forces are already in the state's constant forces. Does nothing without enclosures.
     void add_to(double h, SpringSystem& system);
-    /// For every enclosure the answer of the rest to its gradient. After the system is complete.
+    /// Solves the spring system for the gradient of every enclosure. The system must be complete.
     void prepare_enclosures(double h, const SpringSystem& system, double tolerance, int iterations,
                             ConjugateGradients& gradients);
-    /// What enclosures take from a change of velocity that the rest gives (m/s, 4 × vertices).
+    /// Applies the enclosures' correction to a velocity change of the spring system (m/s, 4 × vertices).
     void enclose(Matrix4X& change) const;
 
-    /// One enclosure: `answer` is A⁻¹ gradient without it.
+    /// `answer` is A⁻¹ gradient, with A of the springs alone.
     struct Enclosed {
-        Matrix4X gradient;    ///< m², of its volume; 0 for held vertices
+        Matrix4X gradient;    ///< m², volume gradient; 0 for fixed vertices
         Matrix4X answer;      ///< m²/kg
         double factor = 0.0;  ///< c / (1 + c gradient · answer) with c = h² K/V0, kg/m⁴
     };

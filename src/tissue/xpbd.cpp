@@ -1,7 +1,7 @@
-// The stepper `xpbd`: springs, strain limit and contacts of a tick in one loop of small steps, each constraint once
-// per step (Macklin, Storey, Lu, Terdiman, Chentanez, Jeschke, Müller 2019, "Small steps in physics simulation";
-// compliance and damping of Macklin, Müller, Chentanez 2016, eq. 18 and 26). A step never blows up by itself: one that
-// is too long for the springs makes them softer instead, and how much is what more steps buy.
+// The stepper `xpbd` solves springs, strain limit and contacts in one loop of small steps, each constraint once per
+// step. Source: Macklin, Storey, Lu, Terdiman, Chentanez, Jeschke, Müller 2019, "Small steps in physics simulation".
+// Compliance and damping are those of Macklin, Müller, Chentanez 2016, eq. 18 and 26. Any step length is stable; a step
+// that is too long makes the springs softer.
 #include <memory>
 #include <span>
 #include <vector>
@@ -25,9 +25,9 @@ private:
         if (!tissue().volumes().enclosures().empty()) gradient_.setZero(3, before_.cols());
     }
 
-    /// A preload is held off by the rest bias of its two ends. As one force of the whole vertex that would meet the
-    /// springs one after the other and move tissue at rest; each spring's own part, taken with the spring, leaves it
-    /// where it is. The parts are known where the run starts from the rest shape: they then sum to the bias.
+    /// The rest bias of both ends balances a preload. As one force per vertex it would act before the springs and move
+    /// tissue at rest. Each spring's part is therefore applied together with the spring. The parts are known if the run
+    /// starts from the rest shape: they then sum to the bias.
     void begin_run(const Frame& start) override {
         const Matrix3X& bias = tissue().materials().rest_bias;
         if (bias.cols() != start.position.cols()) return;
@@ -92,8 +92,8 @@ private:
         return path.size() > 0 ? path.maxCoeff<Eigen::PropagateNaN>() : 0.0;
     }
 
-    /// Thesis eq. 3.1 as a constraint of compliance 1/k: tension k (l - rest) + preload + c dl/dt, less what holds off
-    /// the preload at rest; and no longer than the strain limit.
+    /// Thesis eq. 3.1 as a constraint of compliance 1/k: tension k (l - rest) + preload + c dl/dt, minus the spring's
+    /// part of the rest bias. The strain limit bounds the length.
     void draw_together(std::size_t number, double h) {
         const Spring& spring = tissue().springs()[number];
         TissueState& state = tissue().state();
@@ -120,7 +120,7 @@ private:
         state.position.col(j).head<3>() -= wj * by;
     }
 
-    /// An enclosure as a constraint of the volume, compliance V0/K.
+    /// An enclosure as a volume constraint of compliance V0/K.
     void restore(const Enclosure& enclosure, double h) {
         TissueState& state = tissue().state();
         const double volume = enclosed_volume(enclosure.triangles, state.position.topRows<3>());
@@ -138,7 +138,7 @@ private:
         }
     }
 
-    /// m, of what moves, how far the contact's point has come in this small step.
+    /// m, displacement of the contact point in this small step by free vertices.
     [[nodiscard]] Vector3 path(const TickContact& contact) const {
         Vector3 sum = Vector3::Zero();
         for (int i = 0; i < contact.count; ++i) {
@@ -156,7 +156,7 @@ private:
         }
     }
 
-    /// Backward Euler: the law at the rate (moved + F h² mobility) / h.
+    /// Backward Euler: the force law at the rate (moved + F h² mobility) / h.
     void press(TickContact& contact, double h, bool known) {
         contact.force = contact.held;
         if (!known) {
@@ -164,7 +164,7 @@ private:
             const StepLaw law = contact.law(h);
             double force = law.force(moved / h) / (1.0 + law.slope * h * contact.mobility);
             const bool on = contact.bilateral || contact.depth >= (contact.adhesive ? 0.0 : moved);
-            // Negative damping (eq. 3.6 as printed) is taken explicitly.
+            // Negative damping (eq. 3.6 as printed) is explicit.
             force -= contact.explicit_damping * TickContacts::rate(contact, tissue().state());
             if (!contact.bilateral && !contact.adhesive) force = std::max(force, 0.0);
             contact.force = on ? contact.within_limit(force) : 0.0;
@@ -181,9 +181,9 @@ private:
         push(contact, h * h * contact.rubbed);
     }
 
-    Matrix3X counter_;   ///< N, per spring: what holds off its preload at rest, on i
-    Matrix4X own_bias_;  ///< N, of that, per vertex of the state; no columns without a rest bias
-    Matrix3X gradient_;  ///< m², of a volume, per vertex of the state; only with enclosures
+    Matrix3X counter_;   ///< N, per spring, on i: force that balances its preload at rest
+    Matrix4X own_bias_;  ///< N, per vertex of the state: sum of counter_; no columns without a rest bias
+    Matrix3X gradient_;  ///< m², volume gradient per vertex of the state; only with enclosures
     Matrix4X before_;    ///< m, positions at the start of the small step
 };
 
