@@ -166,7 +166,7 @@ def ablation(rows):
                       for _ in range(2000))
         ratio = math.exp(statistics.fmean(differences))
         verdict = "equivalent" if boot[100] >= 0.8 and boot[1899] <= 1.25 else "not shown to be equivalent"
-        print(f"\n{laws[1]} / {laws[0]} with tracked contacts, look-ahead and k = {stiffest}: {ratio:.2f}, 90 % interval "
+        print(f"\n{laws[1]} / {laws[0]} with tracked_proximity contacts, look-ahead and k = {stiffest}: {ratio:.2f}, 90 % interval "
               f"{boot[100]:.2f} to {boot[1899]:.2f}: {verdict} (0.8 to 1.25).")
     print("\n| single step from the best cell | law | geometric mean (mm) | failed | ratio of depths, 90 % interval |")
     print("|---|---|---:|---:|---:|")

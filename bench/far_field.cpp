@@ -124,7 +124,7 @@ Table table_of(const std::vector<FarFieldRun>& runs) {
                      {"at rest, RMS of 0.1 s (% of the force there)", true},
                      {"largest (%)", true}};
     for (std::size_t band = 0; band < band_starts.size(); ++band) {
-        table.columns.push_back({"error of places, " + band_name(band) + " (% of the largest way there)", true});
+        table.columns.push_back({"error of places, " + band_name(band) + " (% of the largest distance there)", true});
     }
     table.columns.push_back({"advance p50 (µs)", true});
     table.columns.push_back({"whole tissue (µs)", true});
@@ -189,7 +189,7 @@ std::vector<Figure> figures_of(const FarFieldRun& run) {
                                                                  return in_percent * tick.force_error / peak;
                                                              })});
     LineChart places{.x_title = "time (s)", .y_title = "error of places (µm)", .lines = {}};
-    LineChart paths{.x_title = "time (s)", .y_title = "furthest way from rest (µm)", .lines = {}};
+    LineChart paths{.x_title = "time (s)", .y_title = "furthest distance from rest (µm)", .lines = {}};
     for (std::size_t band = 0; band < band_starts.size(); ++band) {
         places.lines.push_back(
             {.name = band_name(band),
@@ -209,7 +209,7 @@ std::vector<Figure> figures_of(const FarFieldRun& run) {
         {"charts/" + name + "_places.svg", draw(places),
          "Largest error of a vertex's place, by distance from where the tool goes in."},
         {"charts/" + name + "_ways.svg", draw(paths),
-         "What there is to follow: furthest way of a vertex from rest when the whole tissue moves. A membrane sinks "
+         "What there is to follow: furthest distance of a vertex from rest when the whole tissue moves. A membrane sinks "
          "with the logarithm of the distance, so that it is far from still where the tool is not."}};
 }
 

@@ -75,8 +75,8 @@ void Writer::reaches() {
     if (cells.empty()) return;
     add_heading("Within the query distance of closed loops");
     add_text(
-        "Responses that look ahead ask for all pairs of triangles at most a reach apart: a tenth of the smallest mean "
-        "edge and the way of a step, rounded up to that tenth times a power of two. Who can answer that is asked both "
+        "Responses with a look-ahead need all pairs of triangles at most a query distance apart: a tenth of the smallest mean "
+        "edge and the path of a step, rounded up to that tenth times a power of two. Who can answer that is asked both "
         "ways in turns on the same frames; near pairs are held against truth as meeting ones are. Candidates are each "
         "method's own; distances are computed by the same code for all, of which ours first decide most pairs in "
         "vectors "
@@ -114,7 +114,7 @@ void Writer::reaches() {
                                   style_of(within)});
         }
         table.note = fmt::format(
-            "Reach {} mm; {} true pairs meet, {} more are within the query distance.{}",
+            "Query distance {} mm; {} true pairs meet, {} more are within the query distance.{}",
             format_number(1e3 * record->query_distance), record->measurement.true_pairs,
             record->measurement.true_near_pairs,
             refusing.empty() ? "" : " Not asked within the query distance, which they cannot: " + refusing + ".");

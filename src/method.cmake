@@ -4,7 +4,7 @@
 #
 # or trocar_add_response(…), trocar_add_contact_generator(…), trocar_add_stepper(…). The method is NAME.cpp beside the line, or the
 # files named; SOURCES come on top. It defines, in namespace trocar, `DetectorEntry NAME_detector()`, `ResponseEntry
-# NAME_response()`, `ContactGeneratorEntry NAME_generator()` or `StepperEntry NAME_stepper()`; a wrong name is a link error. A method
+# NAME_response()`, `ContactGeneratorEntry NAME_contact_generator()` or `StepperEntry NAME_stepper()`; a wrong name is a link error. A method
 # whose library is missing stays visible: it is listed as absent with the reason.
 #
 # What happens to it then is the including file's: trocar_join_method(KIND NAME REASON FILES NEEDS), where a REASON says
@@ -37,12 +37,17 @@ function(trocar_add_method kind name)
     trocar_join_method(${kind} ${name} "${reason}" "${files};${METHOD_SOURCES}" "${METHOD_NEEDS}")
 endfunction()
 
-# DetectorEntry, ResponseEntry, …
+# DetectorEntry, ContactGeneratorEntry, …
 function(trocar_entry_type kind result)
-    string(SUBSTRING ${kind} 0 1 first)
-    string(SUBSTRING ${kind} 1 -1 rest)
-    string(TOUPPER ${first} first)
-    set(${result} ${first}${rest}Entry PARENT_SCOPE)
+    string(REPLACE "_" ";" words ${kind})
+    set(type "")
+    foreach(word ${words})
+        string(SUBSTRING ${word} 0 1 first)
+        string(SUBSTRING ${word} 1 -1 rest)
+        string(TOUPPER ${first} first)
+        string(APPEND type ${first}${rest})
+    endforeach()
+    set(${result} ${type}Entry PARENT_SCOPE)
 endfunction()
 
 function(trocar_add_detector name)
@@ -55,7 +60,7 @@ endfunction()
 
 # A contact generator.
 function(trocar_add_contact_generator name)
-    trocar_add_method(source ${name} ${ARGN})
+    trocar_add_method(contact_generator ${name} ${ARGN})
 endfunction()
 
 # How tissue moves.

@@ -67,7 +67,7 @@ std::string finding_text(const BaselineFinding& finding) {
         add(
             fmt::format("{} contacts compared, {} missing, {} extra, {} of another kind; worst depth {:.3g} m, point "
                         "{:.3g} m, normal {:.3g} rad",
-                        found.compared, found.false_negatives, found.false_positives, found.other_kind,
+                        found.compared, found.missing, found.extra, found.other_kind,
                         found.worst_depth, found.worst_point, found.worst_angle));
     }
     if (finding.outcome && finding.outcome_kept && *finding.outcome != *finding.outcome_kept) {
@@ -136,8 +136,8 @@ OrderedJson finding_document(const BaselineFinding& finding) {
     if (finding.difference) {
         const AnswerDifference& found = *finding.difference;
         document["difference"] = {{"compared", found.compared},
-                                  {"false_negatives", found.false_negatives},
-                                  {"false_positives", found.false_positives},
+                                  {"missing", found.missing},
+                                  {"extra", found.extra},
                                   {"other_kind", found.other_kind},
                                   {"worst_depth_m", finite_or_null(found.worst_depth)},
                                   {"worst_point_m", finite_or_null(found.worst_point)},
@@ -175,7 +175,7 @@ const char* name_of(FindingState state) {
         case FindingState::gone:
             return "gone";
         case FindingState::no_baseline:
-            return "false_negatives";
+            return "missing";
         case FindingState::dropped:
             return "dropped";
     }

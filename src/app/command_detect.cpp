@@ -244,7 +244,7 @@ void print_pairs(const Verdict& verdict) {
     }
     if (answer.truncated) fmt::print("# {}\n", answer.outcome.message);
     if (answer.errors) {
-        fmt::print("# exact oracle: {} pairs, {} missing, {} extra\n", verdict.truth->size(),
+        fmt::print("# exact oracle: {} pairs, {} false negatives, {} false positives\n", verdict.truth->size(),
                    answer.errors->false_negatives, answer.errors->false_positives);
     }
 }
@@ -293,7 +293,7 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
             const bool differs = answer.errors->false_negatives > 0 || answer.errors->false_positives > 0;
             if (!differs || !answer.claims_exact || answer.truncated) continue;
             status = comparison_failed;
-            fmt::print(stderr, "trocar: {} claims exactness and differs from the oracle: {} missing, {} extra\n",
+            fmt::print(stderr, "trocar: {} claims exactness and differs from the oracle: {} false negatives, {} false positives\n",
                        answer.name, answer.errors->false_negatives, answer.errors->false_positives);
         }
     }

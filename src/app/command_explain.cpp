@@ -389,7 +389,7 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
         fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
         return done;
     }
-    fmt::print("scene {} at tick {} ({:g} s), led there by {} + {}\n", scene.name, frame.tick, frame.time,
+    fmt::print("scene {} at tick {} ({:g} s), driven there by {} + {}\n", scene.name, frame.tick, frame.time,
                leader.text(), response.text());
     fmt::print("truth: {} pairs, {} of them only touch\n\n", truth.size(), touches.size());
     fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", "detector", "outcome", "pairs", "false_negatives",

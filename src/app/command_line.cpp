@@ -65,15 +65,15 @@ struct CommandLine {
                         "NAME[:key=value,...]; the default is what trocar recommends, thesis is the thesis' own")
             ->capture_default_str();
         sub->add_option("--contacts", choice.contacts,
-                        "Contact generator: native, canonical, near or tracked (default: the response's own)");
+                        "Contact generator: native, intersection, proximity or tracked_proximity (default: the response's own)");
         sub->add_option("--stepper", choice.stepper,
                         "NAME[:key=value,...]: what moves the tissue (default: semi_implicit)");
         sub->add_option("--device", choice.device,
                         "key=value,...: what shows the force on the tool, the same for every response; settings as in "
                         "trocar list (default: tip=fulcrum,saturation=8.5)");
-        sub->add_option("--reach-margin", choice.query_distance_margin,
-                        "How much further than things move in a tick detectors look, in mean edges of what moves, for "
-                        "sources that ask for what is near (default: 0.1)");
+        sub->add_option("--query-distance-margin", choice.query_distance_margin,
+                        "How much further than things move in a tick detectors search, in mean edges of what moves, for "
+                        "generators that need pairs within a distance (default: 0.1)");
     }
     template <typename Options>
     void on(CLI::App* sub, Options& options, int (*run)(const CommonOptions&, const Options&)) {
@@ -137,7 +137,7 @@ int run_command(int argc, char** argv) {
                   "Release one tick per dt by the clock, without judging; beside an empty loop");
     sub->add_flag(
         "--explain-step", run_options.explain_step,
-        "Run nothing: say what step tissue and hands bear, which vertex and edge decide, and what a tick costs");
+        "Run nothing: say what step tissue and operators bear, which vertex and edge decide, and what a tick costs");
     sub->add_option("--unstable-step", run_options.unstable_step,
                     "Steps that are unstable for certain: refuse them; substep: take as many sub-steps as are stable "
                     "instead; allow: take them. The record says so")
@@ -156,7 +156,7 @@ int run_command(int argc, char** argv) {
         ->required()
         ->type_name("SCENE");
     sub->add_option("--response", view_options.responses,
-                    "NAME[:key=value,...]; may be repeated: side by side (default: hold; of a report: ours and the "
+                    "NAME[:key=value,...]; may be repeated: side by side (default: unilateral; of a report: ours and the "
                     "best other)")
         ->take_all()
         ->allow_extra_args(false);
@@ -236,7 +236,7 @@ int run_command(int argc, char** argv) {
     sub =
         line.add("table", "A table for a paper out of a report's records: columns and rows by name",
                  "trocar table reports/default --columns scene,response,residual_penetration_max_m:mm,total_p99_ns:ms "
-                 "--where scene=i2t_poke --where response=hold --where response=penalty --format tex");
+                 "--where scene=i2t_poke --where response=unilateral --where response=penalty --format tex");
     sub->add_option("records", table_options.records, "Folder of a report, or its records.jsonl")->required();
     sub->add_option(
            "--columns", table_options.columns,
@@ -290,7 +290,7 @@ int run_command(int argc, char** argv) {
         ->type_name("SCENE");
     sub->add_option("--tick", explain_options.tick, "Tick to examine")->required();
     sub->add_option("--pair", explain_options.pair, "One triangle pair a,b (numbers of the scene's files)");
-    sub->add_option("--response", explain_options.response, "Response that leads to the tick")->capture_default_str();
+    sub->add_option("--response", explain_options.response, "Response that drives the scene to the tick")->capture_default_str();
     line.on(sub, explain_options, explain);
 
     MeshOptions mesh_options;

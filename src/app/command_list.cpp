@@ -114,7 +114,7 @@ int list(const CommonOptions& common, const ListOptions& /*options*/) {
     for (const StepperEntry& entry : all.steppers()) steppers.push_back(present_json(entry));
     const Json document{{"detectors", detectors},
                         {"responses", responses},
-                        {"sources", contact_generators},
+                        {"contact_generators", contact_generators},
                         {"steppers", steppers},
                         {"device", {{"parameters", parameters_json(device_parameters())}}}};
     fmt::print("{}\n", document.dump());

@@ -160,14 +160,14 @@ void print_text(const Scene& scene, const Record& record) {
                scene.dt * 1e3);
     fmt::print("methods    {} + {}, {} contacts\n", record.spec.detector, record.spec.response, record.spec.contacts);
     fmt::print("outcome    {}{}\n", name_of(record.outcome.kind), at_end);
-    fmt::print("pairs      at most {} in a tick; of {} true ones {} missed, {} reported that are not true\n",
+    fmt::print("pairs      at most {} in a tick; of {} true ones {} false negatives; {} false positives\n",
                plain("pairs_max"), plain("true_pairs"), plain("false_negatives"), plain("false_positives"));
     fmt::print("depth      error of contacts: median {}, worst {}\n", mm("depth_error_median_m"),
                mm("depth_error_max_m"));
     fmt::print("left over  after a tick: median {}, worst {}; at the end {}\n", mm("residual_penetration_median_m"),
                mm("residual_penetration_max_m"), mm("residual_penetration_final_m"));
     if (record.summary.at("passed_through") >= 0.0) {
-        fmt::print("passed     a body was led through another {} times\n", plain("passed_through"));
+        fmt::print("passed     a body was driven through another {} times\n", plain("passed_through"));
     }
     fmt::print("tool force largest {}, root mean square {}, largest jump {}; without touch up to {}\n",
                newton("force_max_n"), newton("force_rms_n"), newton("force_jump_max_n"), mm("force_without_touch_m"));

@@ -66,7 +66,7 @@ struct RunOptions {
     std::optional<std::int64_t> ticks;
     std::optional<std::filesystem::path> record;
     bool paced = false;                    ///< released by the clock, not judged
-    bool explain_step = false;             ///< say what step tissue and hands bear, run nothing
+    bool explain_step = false;             ///< say what step tissue and operators bear, run nothing
     std::string unstable_step = "refuse";  ///< refuse | substep | allow: steps that are unstable for certain
 };
 int run(const CommonOptions& common, const RunOptions& options);

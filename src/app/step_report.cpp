@@ -50,7 +50,7 @@ void print_json(const Scene& scene, const std::string& stepper, const StepCheck&
                           {"spring_evaluations", tissue.spring_evaluations()},
                           {"decides", deciding_place(scene, tissue, scene.first.position)},
                           {"remedy", stable ? std::string() : step_remedy(scene, tissue)}}},
-                        {"hands", operators}};
+                        {"operators", operators}};
     fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
@@ -80,7 +80,7 @@ void print_step(const Scene& scene, const std::string& stepper, const StepCheck&
         fmt::print("step       no bound: any step is stable\n");
     }
     for (const OperatorStep& coupling : check.operators) {
-        fmt::print("hand       {}: stable below {}; at {} below {:.4g} N/m{}\n",
+        fmt::print("operator   {}: stable below {}; at {} below {:.4g} N/m{}\n",
                    scene.topology.bodies[static_cast<std::size_t>(coupling.body)].name,
                    shown(coupling.stable_step, "any step"), shown(scene.dt / check.substeps, ""),
                    coupling.most_stiffness, coupling.unstable ? ": UNSTABLE" : "");

@@ -59,7 +59,7 @@ void add_rest(const Matrix3X& rest, const Topology& topology, ViewedRun& run) {
     frame.strain.assign(count, 0.0);
 }
 
-/// The vertex of the first led instrument that is nearest to its tip; -1 without one.
+/// The vertex of the first driven instrument that is nearest to its tip; -1 without one.
 Index tip_vertex(const Scene& scene) {
     for (std::size_t body = 0; body < scene.bodies.size(); ++body) {
         const BodyRange& range = scene.topology.bodies[body];

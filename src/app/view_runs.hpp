@@ -21,7 +21,7 @@ inline constexpr std::int64_t viewed_stride = 8;
 using ViewProgress = std::function<void(const std::string&, std::int64_t)>;
 
 /// The records that a page of the scene shows. Without `responses` two: ours (what the study names so, else the best of
-/// our own) and the best with another response, by the residual penetration at worst; controls never. Else the best
+/// our own) and the best with another response, by the residual penetration, max; controls never. Else the best
 /// record of each response named, a name or a name with all its parameters; throws InputError where there is none.
 std::vector<const Record*> chosen_records(const std::vector<Record>& records, const std::string& scene,
                                           const std::vector<std::string>& responses);

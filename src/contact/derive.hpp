@@ -1,4 +1,4 @@
-// Stage 4 of a tick, the same for every detector: turns sorted pairs and a frame into canonical contacts, so that
+// Stage 4 of a tick, the same for every detector: turns sorted pairs and a frame into intersection contacts, so that
 // detectors that stop at pairs and libraries with rich native contacts become comparable.
 #pragma once
 
@@ -22,7 +22,7 @@ namespace trocar {
 /// A pair of baselines' making whose triangles share no point keeps kind `unset`.
 void derive(const Topology& topology, const Frame& frame, ContactSet& contacts);
 
-/// The canonical contact of one pair; what derive does for each.
+/// The intersection contact of one pair; what derive does for each.
 Contact derive_contact(const Topology& topology, const Frame& frame, TrianglePair pair);
 
 }  // namespace trocar

@@ -30,7 +30,7 @@ private:
 
 }  // namespace
 
-ContactGeneratorEntry intersection_generator() {
+ContactGeneratorEntry intersection_contact_generator() {
     ContactGeneratorEntry entry;
     entry.name = "intersection";
     entry.version = "1";

@@ -23,7 +23,7 @@ private:
 
 }  // namespace
 
-ContactGeneratorEntry native_generator() {
+ContactGeneratorEntry native_contact_generator() {
     ContactGeneratorEntry entry;
     entry.name = "native";
     entry.version = "1";

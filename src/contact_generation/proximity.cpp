@@ -69,7 +69,7 @@ private:
 
 }  // namespace
 
-ContactGeneratorEntry proximity_generator() {
+ContactGeneratorEntry proximity_contact_generator() {
     ContactGeneratorEntry entry;
     entry.name = "proximity";
     entry.version = "1";

@@ -180,7 +180,7 @@ private:
 
 }  // namespace
 
-ContactGeneratorEntry tracked_proximity_generator() {
+ContactGeneratorEntry tracked_proximity_contact_generator() {
     ContactGeneratorEntry entry;
     entry.name = "tracked_proximity";
     entry.version = "1";

@@ -10,11 +10,11 @@ constexpr const char* counters = "counters";
 constexpr const char* pair_truth = "pair truth";
 constexpr const char* between = "space-time oracle";
 constexpr const char* depth_before = "depth truth, frame that detect saw";
-constexpr const char* passages = "geometry, way between the frames after the ticks";
+constexpr const char* passages = "geometry, path between the frames after the ticks";
 constexpr const char* geometry = "geometry, frame after the tick";
-constexpr const char* force = "force shown on the first led instrument";
+constexpr const char* force = "force shown on the first driven instrument";
 constexpr const char* audit = "trajectories, masses and forces shown";
-constexpr const char* reported = "reported by the response or the tissue";
+constexpr const char* from_method = "reported by the response or the tissue";
 constexpr const char* stored = "stored reference";
 constexpr const char* paced = "paced loop";
 constexpr const char* pair_study = "triangle-pair run";
@@ -50,7 +50,7 @@ void add_times(std::vector<SummaryFigure>& list) {
 void add_pairs(std::vector<SummaryFigure>& list) {
     const std::vector<SummaryFigure> more{
         {"substeps", "1", Better::neither,
-         "Steps that the stepper takes of the tissue in every tick; of hands where there is no tissue",
+         "Steps that the stepper takes of the tissue in every tick; of operators where there is no tissue",
          "scene and stepper"},
         {"allocations_median", "1", Better::lower, "Median number of heap allocations inside the stages of a tick",
          counters},
@@ -84,9 +84,9 @@ void add_pairs(std::vector<SummaryFigure>& list) {
         {"true_proximity_pairs", "1", Better::neither,
          "Pairs of triangles that do not meet and are within the query distance, summed over the ticks judged in "
          "detail; n/a where "
-         "no source asks for them",
+         "no generator needs them",
          pair_truth},
-        {"proximity_false_negatives", "1", Better::lower, "Of these: near pairs not brought", pair_truth},
+        {"proximity_false_negatives", "1", Better::lower, "Of these: pairs within the query distance that were not reported", pair_truth},
         {"true_swept", "1", Better::neither, "Pairs that begin to touch between two frames, summed over the ticks",
          between},
         {"swept_false_negatives", "1", Better::lower,
@@ -116,19 +116,19 @@ void add_pairs(std::vector<SummaryFigure>& list) {
 void add_audit(std::vector<SummaryFigure>& list) {
     const std::vector<SummaryFigure> more{
         {"energy_residual_j", "J", Better::lower,
-         "Largest energy at any time that the books of tissue and of hands do not account for: gain less work of "
-         "contacts, position corrections, held forces and hands, plus what dampers took; n/a where nothing yields",
+         "Largest energy at any time that the audit of tissue and operators does not account for: gain less work of "
+         "contacts, position corrections, held forces and operators, plus what dampers took; n/a where nothing yields",
          audit},
-        {"energy_residual_share", "1", Better::lower, "The same as a share of all energy booked, the worse of the two",
+        {"energy_residual_share", "1", Better::lower, "The same as a share of all energy entered, the worse of the two",
          audit},
         {"momentum_residual_n_s", "N s", Better::lower,
-         "Largest momentum at any time that these books do not account for, reactions of pins included", audit},
+         "Largest momentum at any time that this audit does not account for, reactions of pins included", audit},
         {"momentum_residual_share", "1", Better::lower,
-         "The same as a share of the summed impulses of contacts, held forces and hands", audit},
+         "The same as a share of the summed impulses of contacts, held forces and operators", audit},
         {"dissipated_energy_j", "J", Better::neither, "Energy that the tissue's dampers and drag took", audit},
         {"limiter_energy_j", "J", Better::neither, "Energy that went where the strain limiter acted", audit},
         {"absolute_work_j", "J", Better::neither,
-         "Sum of the absolute work of scripts and hands against contact, tick by tick", audit}};
+         "Sum of the absolute work of scripts and operators against contact, tick by tick", audit}};
     list.insert(list.end(), more.begin(), more.end());
 }
 
@@ -146,7 +146,7 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"overlap_volume_max_m3", "m³", Better::lower,
          "Largest volume that two closed bodies both fill after a tick; n/a with open sheets alone", geometry},
         {"min_translation_max_m", "m", Better::lower,
-         "Longest way that a closed body would have to move to come free of another, along the best of 26 directions "
+         "Longest path that a closed body would have to move to come free of another, along the best of 26 directions "
          "(axes, face and space diagonals of a cube)",
          geometry},
         {"ticks_to_clear_median", "1", Better::lower,
@@ -158,9 +158,9 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"re_penetrations", "1", Better::lower, "Times that a depth above 0.1 mm came back after it had been cleared",
          geometry},
         {"overshoot_max_m", "m", Better::lower,
-         "Largest gap within 20 ticks after a depth, less the way that scripts moved bodies meanwhile", geometry},
+         "Largest gap within 20 ticks after a depth, less the distance that scripts moved bodies meanwhile", geometry},
         {"passed_through", "1", Better::lower,
-         "Times that one of two bodies without tissue between them was led through the other: a point of it went in "
+         "Times that one of two bodies without tissue between them was driven through the other: a point of it went in "
          "and "
          "came out at the opposite side (closed), or it is wholly on the other side (open sheet); n/a without such "
          "bodies",
@@ -180,39 +180,39 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"strain_over_max", "1", Better::lower, "Largest edge strain above the scene's strain limit", geometry},
         {"tool_moment_max_nm", "N m", Better::neither, "Largest moment about the tip on the tool", force},
         {"tip_force_max_n", "N", Better::neither, "Largest force at the tip by the device's rule, before any limiter",
-         reported},
-        {"tip_force_jump_max_n", "N", Better::lower, "Largest change of the same from one tick to the next", reported},
-        {"device_force_max_n", "N", Better::neither, "Largest force shown after the device's limiters", reported},
+         from_method},
+        {"tip_force_jump_max_n", "N", Better::lower, "Largest change of the same from one tick to the next", from_method},
+        {"device_force_max_n", "N", Better::neither, "Largest force shown after the device's limiters", from_method},
         {"device_force_jump_max_n", "N", Better::lower, "Largest change of the same from one tick to the next",
-         reported},
+         from_method},
         {"roll_torque_max_nm", "N m", Better::lower,
-         "Largest torque about the shaft, which a 3-DOF device cannot show; n/a without a trocar", reported},
+         "Largest torque about the shaft, which a 3-DOF device cannot show; n/a without a trocar", from_method},
         {"saturated_ticks", "1", Better::lower, "Ticks in which the tip force was larger than the device's largest",
-         reported},
-        {"grasped_max", "1", Better::neither, "Most tissue vertices held by a grasp in a tick", reported},
-        {"detached", "1", Better::neither, "Grasped vertices that slipped or tore loose", reported},
-        {"max_strain", "1", Better::lower, "Largest edge strain of the tissue (1 = doubled length)", reported},
+         from_method},
+        {"grasped_max", "1", Better::neither, "Most tissue vertices held by a grasp in a tick", from_method},
+        {"detached", "1", Better::neither, "Grasped vertices that slipped or tore loose", from_method},
+        {"max_strain", "1", Better::lower, "Largest edge strain of the tissue (1 = doubled length)", from_method},
         {"ruptures", "1", Better::neither,
          "Places where tissue gave way: pressed for 5 ms with all that a contact's limit allows, or deeper than 0.1 mm "
          "at its strain limit",
-         reported},
+         from_method},
         {"contacts_offered", "1", Better::neither, "Contacts of the generator, summed over the ticks", counters},
-        {"contacts_used", "1", Better::neither, "Of these, contacts with a part in the response's effect", reported},
+        {"contacts_used", "1", Better::neither, "Of these, contacts with a part in the response's effect", from_method},
         {"k_effective_n_per_m", "N/m", Better::neither,
-         "Contact stiffness in force, of the stiffest pair with tissue; n/a: the response has no force law", reported},
-        {"mu_effective_ns_per_m", "N s/m", Better::neither, "Contact damping in force, of the same pair", reported},
-        {"relaxation_time_effective_s", "s", Better::neither, "mu / k in force, of the same pair", reported},
+         "Contact stiffness in force, of the stiffest pair with tissue; n/a: the response has no force law", from_method},
+        {"mu_effective_ns_per_m", "N s/m", Better::neither, "Contact damping in force, of the same pair", from_method},
+        {"relaxation_time_effective_s", "s", Better::neither, "mu / k in force, of the same pair", from_method},
         {"damping_ratio", "1", Better::neither,
-         "mu / (2 sqrt(k m)) in force, with the mean mass m of a tissue vertex; 1: critical", reported},
+         "mu / (2 sqrt(k m)) in force, with the mean mass m of a tissue vertex; 1: critical", from_method},
         {"skipped_apart", "1", Better::neither, "Of the others: not passed on, further apart than the look-ahead",
-         reported},
-        {"skipped_no_direction", "1", Better::neither, "Of the others: touch, coplanar, degenerate", reported},
-        {"skipped_not_handled", "1", Better::neither, "Of the others: the method has no answer to them", reported},
-        {"skipped_reduced", "1", Better::neither, "Of the others: another contact stands for them", reported},
+         from_method},
+        {"skipped_no_direction", "1", Better::neither, "Of the others: touch, coplanar, degenerate", from_method},
+        {"skipped_not_handled", "1", Better::neither, "Of the others: the method has no answer to them", from_method},
+        {"skipped_reduced", "1", Better::neither, "Of the others: another contact stands for them", from_method},
         {"no_hit", "1", Better::lower, "Projections for which no contact point was found, summed over the ticks",
-         reported},
+         from_method},
         {"limited_edges", "1", Better::lower, "Edges that the strain limiter acted on, summed over the ticks",
-         reported},
+         from_method},
         {"force_rms_n", "N", Better::neither, "Root mean square of the tool force", force},
         {"force_max_n", "N", Better::neither, "Largest tool force (mean over a tick)", force},
         {"force_jump_p99_n", "N", Better::lower,
@@ -229,7 +229,7 @@ void add_outcome(std::vector<SummaryFigure>& list) {
          geometry},
         {"force_flips", "1", Better::lower, "Ticks on which the tool force turned by more than 90 degrees", force},
         {"force_above_30hz_rms_n", "N", Better::lower,
-         "Root mean square of the part of the tool force above 30 Hz, where no hand moves", force},
+         "Root mean square of the part of the tool force above 30 Hz, where no operator moves", force},
         {"force_above_30hz_share", "1", Better::lower, "Share of the tool force's energy above 30 Hz", force}};
     list.insert(list.end(), more.begin(), more.end());
     add_audit(list);
@@ -297,7 +297,7 @@ void add_metamorphic(std::vector<SummaryFigure>& list) {
          {std::pair{"twice", "the same question again in the same process"},
           std::pair{"triangles", "the triangles of every body (for detectors also its vertices) in another order"},
           std::pair{"bodies", "the bodies in the opposite order (for responses those of one kind)"},
-          std::pair{"swapped", "two bodies that are tested against each other reported the other way round"},
+          std::pair{"swapped", "two bodies that are tested against each other in the opposite order"},
           std::pair{"origin", "the origin 18 m away"},
           std::pair{"unit", "lengths in millimetres (responses: read from a file in millimetres)"}}) {
         const std::string key = std::string("certificate_") + name;

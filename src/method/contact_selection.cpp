@@ -89,7 +89,7 @@ Parameter look_ahead_parameter() {
             .maximum = 1e6,
             .meaning =
                 "gap up to which contacts are passed on beside what closes in the tick, in mean edges of the "
-                "tissue; all: the whole reach; scripts: what scripts alone close",
+                "tissue; all: the whole query distance; scripts: what scripts alone close",
             .words = {"all", "scripts"}};
 }
 

@@ -127,7 +127,7 @@ std::optional<Scene> driven_in(const Scene& scene, double rest_gap, std::string&
     ImplicitSolver solver(approach, {.time_step = duration / 100.0, .rest_gap = rest_gap, .quasi_static = true});
     for (int i = 0; i < 100; ++i) {
         if (!solver.step()) {
-            message = "while bodies that begin inside each other are led in: " + solver.message();
+            message = "while bodies that begin inside each other are moved in: " + solver.message();
             return std::nullopt;
         }
     }
@@ -585,7 +585,7 @@ Reference build_reference(const Scene& scene, const ReferencePlan& plan, const R
     reference.origin["seed"] = fmt::format("{} (no chance is involved)", scene.seed);
     const bool solves_hard = std::isnan(scene.turned_k);
     if (solves_hard && starts_crossed(scene)) {
-        reference.origin["start"] = "hard: led in from the end of the script in equilibrium, then still";
+        reference.origin["start"] = "hard: moved in from the end of the script in equilibrium, then still";
     }
     const double grasp = time_of_grasp(scene);
     std::string hard = "none";

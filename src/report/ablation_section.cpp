@@ -30,9 +30,9 @@ struct Watched {
 };
 
 constexpr std::array watched{
-    Watched{"residual_penetration_max_m", "left after a tick, worst", "mm", 1e3, 1e-5, true},
-    Watched{"residual_penetration_median_m", "left after a tick, median", "mm", 1e3, 1e-5, true},
-    Watched{"residual_penetration_settled_m", "left 200 ms after the last key", "mm", 1e3, 1e-5, true},
+    Watched{"residual_penetration_max_m", "residual penetration, max", "mm", 1e3, 1e-5, true},
+    Watched{"residual_penetration_median_m", "residual penetration, median", "mm", 1e3, 1e-5, true},
+    Watched{"residual_penetration_settled_m", "residual penetration 200 ms after the last key", "mm", 1e3, 1e-5, true},
     Watched{"ticks_to_clear_max", "ticks to clear, worst", "", 1.0, 20.0, true},
     Watched{"re_penetrations", "re-penetrations", "", 1.0, 1.0, true},
     Watched{"overshoot_max_m", "overshoot, worst", "mm", 1e3, 1e-4, false},
@@ -377,8 +377,8 @@ Table main_table(const Ablation& ablation) {
     table.note = fmt::format(
         "Without, with: the run without and with the switch, all else as in the setting named; an option is off in "
         "both. Change: the larger over the smaller value, from a factor of {:g} on; values below a floor count as the "
-        "floor (0.01 mm, 0.01 N and so on: the floors are in {}). What is left behind, forces and their errors come "
-        "before books and signal figures, a failed run before all. Time: median tick with over without, geometric mean "
+        "floor (0.01 mm, 0.01 N and so on: the floors are in {}). Residual penetration, forces and their errors come "
+        "before the audit and signal figures, a failed run before all. Time: median tick with over without, geometric mean "
         "over the scenes, one process each: ratios near 1 mean nothing. A switch without effect alone may matter "
         "together with others or on a scene that reaches it.",
         reporting_factor, code("src/report/ablation_section.cpp"));

@@ -111,7 +111,7 @@ void course_charts(Draft& draft, const std::vector<Method>& methods) {
         }
     }
     if (chosen.empty()) return;
-    LineChart depth{.x_title = "time (s), " + chosen, .y_title = "left after the tick (mm)", .lines = {}};
+    LineChart depth{.x_title = "time (s), " + chosen, .y_title = "residual penetration (mm)", .lines = {}};
     LineChart force{.x_title = "time (s), " + chosen, .y_title = "tool force (N)", .lines = {}};
     std::set<std::string> seen;
     int style = 0;
@@ -141,9 +141,9 @@ void course_charts(Draft& draft, const std::vector<Method>& methods) {
         force.lines.push_back(std::move(force_line));
     }
     const std::string rule = " on " + code(chosen) + ", the " + class_name +
-                             " scene where most is left. One line per different motion: methods with identical "
+                             " scene of the largest residual penetration. One line per different motion: methods with identical "
                              "motion share one. Largest value of each stretch of ticks.";
-    draft.figure("depth_over_time", depth, "Interpenetration left" + rule);
+    draft.figure("depth_over_time", depth, "Residual penetration" + rule);
     draft.figure("force_over_time", force, "Tool force" + rule);
 }
 
@@ -160,7 +160,7 @@ void add_detection(Draft& draft) {
     const std::vector<Column> pair_columns{
         {"true pairs", true},    {"of these touching", true},      {"precision", true},
         {"recall", true},        {"recall without touches", true}, {"F1", true},
-        {"missed / extra", true}};
+        {"false negatives / false positives", true}};
     Table table;
     table.caption = "All replayed scenes together";
     table.columns = {{"detector", false}};
@@ -224,9 +224,9 @@ void add_contacts_and_forces(Draft& draft) {
     if (methods.empty()) return;
     draft.heading(2, "Contacts, depth and force");
     Table depth;
-    depth.caption = "Depth error of contacts on the frame that detect saw: canonical beside native";
+    depth.caption = "Depth error of contacts on the frame that detect saw: intersection beside native";
     depth.columns = {{"detector", false},
-                     {"canonical, median / worst (mm)", true},
+                     {"intersection, median / worst (mm)", true},
                      {"native, median / worst (mm)", true},
                      {"native contacts per tick", true}};
     std::set<std::string> detectors;
@@ -279,7 +279,7 @@ void add_contacts_and_forces(Draft& draft) {
     force.columns = {{"scene", false},
                      {"detector + response (contact generator)", false},
                      {"pairs per tick, mean / max", true},
-                     {"left, median / max / last (mm)", true},
+                     {"residual penetration, median / max / final (mm)", true},
                      {"largest force (N)", true},
                      {"force jump, p99 / max (N per tick)", true},
                      {"force without touch (mm)", true},

@@ -23,7 +23,7 @@ constexpr std::size_t bin_count = highest_bin - lowest_bin + 1;
 struct Share {
     double events = 0;
     double missed = 0;
-    double expected = 0;  ///< sum of the chances that one look per tick misses, at a random moment
+    double expected = 0;  ///< sum of the chances that one sample per tick misses, at a random moment
     double log_ratio = 0;
 };
 using Shares = std::array<Share, bin_count>;
@@ -118,9 +118,9 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
         bins.push_back(bin);
         by_ratio.columns.push_back({bin_name(bin), true});
     }
-    TableRow chance{.cells = {"one look per tick, by chance"}};
+    TableRow chance{.cells = {"one sample per tick, by chance"}};
     TableRow events{.cells = {"contacts"}};
-    LineChart::Line expectation{.name = "one look per tick, by chance", .colour = 7, .dash = 1, .points = {}};
+    LineChart::Line expectation{.name = "one sample per tick, by chance", .colour = 7, .dash = 1, .points = {}};
     for (const std::size_t bin : bins) {
         const Share& share = first_shares.at(bin);
         chance.cells.push_back(format_number(share.expected / share.events));

@@ -146,9 +146,9 @@ Table by_scene(const std::vector<Loss>& losses) {
     table.folded = true;
     table.columns = {{"scene", false},
                      {"detector + response (contact generator)", false},
-                     {"pairs missed", true},
-                     {"near pairs missed", true},
-                     {"left after the tick, max (mm)", true},
+                     {"false negatives", true},
+                     {"proximity false negatives", true},
+                     {"residual penetration, max (mm)", true},
                      {"largest force (N)", true},
                      {"force error to hard contact (N RMS)", true}};
     for (const Loss& loss : losses) {
@@ -171,7 +171,7 @@ Table by_scene(const std::vector<Loss>& losses) {
 void add_lost_by_the_detector(Draft& draft) {
     const std::vector<Loss> losses = losses_of(draft.results);
     if (losses.empty()) return;
-    draft.heading(2, "Lost by the detector");
+    draft.heading(2, "Effect of detection errors");
     draft.paragraph(
         "Depth and force of every row whose detector is not exact against the same row with an exact one. A response "
         "that loses nothing to a blind detector does not work from the detector's answer, and its row says nothing of "
@@ -180,10 +180,10 @@ void add_lost_by_the_detector(Draft& draft) {
     table.caption = "With an exact detector → with this one";
     table.columns = {{"detector + response (contact generator)", false},
                      {"exact detector", false},
-                     {"pairs missed of true", true},
-                     {"near pairs missed of those within the query distance", true},
-                     {"left after the tick at worst, over the scenes (mm)", true},
-                     {"most depth lost (mm)", true},
+                     {"false negatives of true pairs", true},
+                     {"proximity false negatives of those within the query distance", true},
+                     {"residual penetration, max over the scenes (mm)", true},
+                     {"largest increase of residual penetration (mm)", true},
                      {"most force changed (N)", true},
                      {"scenes that move alike", true}};
     std::vector<std::string> nothing_lost;
@@ -195,13 +195,13 @@ void add_lost_by_the_detector(Draft& draft) {
         }
     }
     if (!nothing_lost.empty()) {
-        draft.paragraph(fmt::format("Nothing is lost, bit by bit on every scene, by {}.", joined(nothing_lost)));
+        draft.paragraph(fmt::format("Detection errors change nothing, bit by bit on every scene, in {}.", joined(nothing_lost)));
     }
     table.note =
-        "Most depth lost: on the scene where the worst tick is deeper by most; negative: less deep on every scene. "
+        "Largest increase of residual penetration: on the scene where the worst tick is deeper by most; negative: less deep on every scene. "
         "Most "
         "force changed: on the scene where the largest force differs most, more or less. Moving alike: bit by bit, so "
-        "that nothing is lost there. Near pairs are those within the query distance that the contact generator asks "
+        "that detection errors change nothing there. Near pairs are those within the query distance that the contact generator asks "
         "for; n/a: it "
         "works from pairs that meet, or the study judges no pairs of this row.";
     draft.add(std::move(table));

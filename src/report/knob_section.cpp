@@ -84,7 +84,7 @@ struct Chart {
     std::map<Point, std::string> equal_k_reference = {};
     [[nodiscard]] const char* unit() const { return knob == "dt" ? " s" : knob == "k" ? " N/m" : ""; }
     [[nodiscard]] const char* error_title() const {
-        return replay ? "pairs missed + extra" : "left after the tick, worst (mm)";
+        return replay ? "false negatives + false positives" : "residual penetration, max (mm)";
     }
     /// False where every error lies within the bound, or none is known.
     [[nodiscard]] bool ranks_forces(std::size_t law) const {
@@ -230,7 +230,7 @@ Table ends_table(const std::vector<Chart>& charts) {
     table.caption = "The ends of every chart: least error and fastest";
     table.columns = {{"scene", false},
                      {"knob", false},
-                     {"least left behind, or fewest pairs wrong", false},
+                     {"least residual penetration, or fewest pairs wrong", false},
                      {"its error", true},
                      {"its time per simulated ms (µs)", true},
                      {"fastest", false},
@@ -394,7 +394,7 @@ std::string work_precision_sentence(const Draft& draft) {
             return fmt::format("{} ({} mm at worst, {} µs per simulated ms)", mark_text(chart, mark),
                                scaled(mark.error), scaled(mark.time));
         };
-        return fmt::format("On {} over {}, least is left by {}; fastest is {}.", chart.scene, code(chart.knob),
+        return fmt::format("On {} over {}, the least residual penetration is that of {}; fastest is {}.", chart.scene, code(chart.knob),
                            report(*ends.exact), report(*ends.fast));
     }
     return {};
@@ -405,8 +405,8 @@ void add_work_precision(Draft& draft) {
     if (charts.empty()) return;
     draft.heading(2, "Work and precision");
     draft.paragraph(
-        "One connected curve per method, by turning one knob: time to compute one simulated millisecond against what "
-        "is left behind and, where the scene has a reference, against the error of the force. † : another point of the "
+        "One connected curve per method, by turning one knob: time to compute one simulated millisecond against "
+        "residual penetration and, where the scene has a reference, against the error of the force. † : another point of the "
         "same chart is at least as fast and as good, and better in one of the two (in time beyond the noise floor, "
         "where several processes show one; in force beyond the reference's bound); grey: so in every error that ranks. "
         "The dashed line is the front of the points without †; to the right of 1 ms no haptic loop can follow. A point "

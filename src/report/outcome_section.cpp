@@ -40,7 +40,7 @@ std::vector<Motion> motions_of(const Draft& draft, const std::string& scene, con
     return motions;
 }
 
-/// "`fcl_bvh + penalty (canonical)`, moving alike: `ohc`"
+/// "`fcl_bvh + penalty (intersection)`, moving alike: `ohc`"
 std::string who_text(const Motion& motion) {
     const Method& first = *motion.methods.front();
     std::string text = code(first.label());
@@ -155,14 +155,14 @@ Table settled_matrix(const Draft& draft) {
             cells.push_back(fmt::format(
                 "{} ({} mm {})", settled_text(run),
                 scaled(cleared ? found->second.residual_penetration_max_m : run.residual_penetration_settled_m, mm),
-                cleared ? "at worst before" : "left"));
+                cleared ? "at worst before" : "residual"));
         }
         if (!cells[1].empty()) table.rows.push_back({.cells = std::move(cells)});
     }
     table.note =
         "The worst over the detectors of the study, controls left out. Cleared: at most 0.1 mm on every judged tick "
         "from 200 ms after the "
-        "last key on; in brackets the most that was left on the way there. A scene that hard contact itself does not "
+        "last key on; in brackets the largest residual penetration before. A scene that hard contact itself does not "
         "clear within the strain limit ends well only with a rupture reported. Runs that end before are left out.";
     return table;
 }
@@ -170,7 +170,7 @@ Table settled_matrix(const Draft& draft) {
 /// Depth 200 ms after the tool has come to rest, and why it is what it is.
 Table settled_table(const Draft& draft) {
     Table table = rows_per_motion(draft, "200 ms after the last key of the motion, motion by motion",
-                                  {{"left (mm)", true},
+                                  {{"residual penetration (mm)", true},
                                    {"hard contact clears it within the strain limit", false},
                                    {"ruptures", true},
                                    {"verdict", false}},
@@ -186,7 +186,7 @@ Table settled_table(const Draft& draft) {
 
 void add_outcome(Draft& draft) {
     if (draft.results.methods("closed_loop").empty()) return;
-    draft.heading(2, "What is left behind, and what it costs");
+    draft.heading(2, "Residual penetration and strain");
     draft.paragraph(
         "All from geometry on the frame after the step, never from a response's own words. A spell is a stretch of "
         "ticks with more than 0.1 mm of depth; its length is known to the judged ticks. Scripts that hold the tool in "
@@ -194,7 +194,7 @@ void add_outcome(Draft& draft) {
     bool any_undecided = false;
     Table clearing = rows_per_motion(draft, "Clearing",
                                      {{"ticks to clear, median / max", true},
-                                      {"left at the end", false},
+                                      {"residual at the end", false},
                                       {"re-penetrations", true},
                                       {"overshoot, max (mm)", true},
                                       {"wrong-side vertices, max / last", true},
@@ -221,7 +221,7 @@ void add_outcome(Draft& draft) {
     if (any_undecided) clearing.note += " " + std::string(undecided_note);
     draft.add(std::move(clearing));
     Table signal = rows_per_motion(
-        draft, "The haptic signal and its books",
+        draft, "Force quality and audit",
         {{"force error, worst, equal k / hard (N)", true},
          {"force above 30 Hz, RMS (N) / share", true},
          {"direction flips (ticks)", true},
@@ -235,8 +235,8 @@ void add_outcome(Draft& draft) {
                     scaled(run.momentum_residual_share), scaled(run.energy_residual_share)};
         });
     signal.note =
-        "Before any filter. Momentum error: largest momentum at any time that the books of tissue and hands do not "
-        "account for, over the summed impulses. Energy error: the same of energy, over all energy booked; n/a where "
+        "Before any filter. Momentum error: largest momentum at any time that the audit of tissue and operators does not "
+        "account for, over the summed impulses. Energy error: the same of energy, over all energy entered; n/a where "
         "nothing yields.";
     draft.add(std::move(signal));
     draft.add(settled_matrix(draft));

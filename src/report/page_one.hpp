@@ -63,10 +63,10 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
 /// p99 tick against worst depth, a line per method over its settings; failed rows stand on a rail of their own.
 ScatterChart depth_against_time(const std::vector<ResponseRow>& rows);
 
-/// "`penalty:k=1000` (tracked) by `implicit`".
+/// "`penalty:k=1000` (tracked_proximity) by `implicit`".
 std::string response_name(const Method& who);
 
-/// The row in one word for a table: "`penalty:k=1000` (tracked)"; with its detector where `detector` is another one.
+/// The row in one word for a table: "`penalty:k=1000` (tracked_proximity)"; with its detector where `detector` is another one.
 std::string name_of_row(const ResponseRow& row, const std::string& detector);
 
 }  // namespace trocar

@@ -53,7 +53,7 @@ ScatterChart depth_against_time(const std::vector<ResponseRow>& rows) {
         }
     }
     chart.x_title = "tick p99, slowest scene (ms)";
-    chart.y_title = "residual penetration, worst (mm)";
+    chart.y_title = "residual penetration, max (mm)";
     chart.x_limit = 1.0;
     chart.x_limit_name = "1 ms";
     return chart;

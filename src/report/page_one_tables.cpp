@@ -202,7 +202,7 @@ Table detectors_table(const Draft& draft) {
         std::any_of(rows.begin(), rows.end(), [](const VerdictRow* row) { return !std::isnan(row->contact_events); });
     const bool ratio = !draft.reference.empty();
     table.caption = fmt::format("Detectors on the same frames, {}", scenes_text(verdict.scenes.size()));
-    table.columns = {{"detector", false, true}, {"missed of N", true}, {"false_positives", true}};
+    table.columns = {{"detector", false, true}, {"false negatives of N", true}, {"false positives", true}};
     if (between) table.columns.push_back({"missed between frames, of N", true});
     table.columns.insert(table.columns.end(), {{"µs p50", true}, {"µs p99", true}});
     if (ratio) table.columns.push_back({ratio_header(draft), true});
@@ -258,7 +258,7 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
     table.caption = fmt::format("Responses, {}, with {}", judged_text(draft, tissue), code(detector));
     table.columns = {{"response", false, true},
                      {"residual penetration, median (mm)", true},
-                     {"residual penetration, worst (mm)", true},
+                     {"residual penetration, max (mm)", true},
                      {"tears", true},
                      {"force without touch (mm)", true},
                      {"force error median (N)", true},

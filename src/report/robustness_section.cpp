@@ -57,12 +57,12 @@ void add_rank_robustness(Draft& draft) {
     const Verdict all = verdict_of(scenes);
     if (all.rows.size() < 2) return;
     const Rule main_rule =
-        all.error_is_depth() ? Rule{"the order of the tables", nullptr} : Rule{"pairs missed + extra", pairs_wrong};
+        all.error_is_depth() ? Rule{"the order of the tables", nullptr} : Rule{"false negatives + false positives", pairs_wrong};
     const VerdictRow* const first = winner(all, main_rule, Among::all);
     if (first == nullptr) return;
-    draft.heading(2, "Does the winner change?");
+    draft.heading(2, "Rank robustness");
     Table table;
-    table.columns = {{"what is changed", false}, {"winner", false}, {"winner as with nothing changed", false}};
+    table.columns = {{"change", false}, {"winner", false}, {"winner as with nothing changed", false}};
     // A study that names no response as its own has nobody to set against the others.
     const std::string ours = common_fact(draft.records, "study.ours");
     if (!ours.empty()) {
@@ -107,9 +107,9 @@ void add_rank_robustness(Draft& draft) {
     }
     for (const std::string& method : methods) add(code(method) + " left out", all, main_rule, method);
     for (const Rule& rule :
-         {Rule{"residual penetration at worst", residual_worst}, Rule{"residual penetration, median", residual_median},
+         {Rule{"residual penetration, max", residual_worst}, Rule{"residual penetration, median", residual_median},
           Rule{"depth error of contacts, worst", depth_error}, Rule{"force error, equal k", force_equal_k},
-          Rule{"force error, hard contact", force_hard}, Rule{"pairs missed + extra", pairs_wrong},
+          Rule{"force error, hard contact", force_hard}, Rule{"false negatives + false positives", pairs_wrong},
           Rule{"time alone, median tick", time_p50}, Rule{"time alone, p99", time_p99}}) {
         if (std::string(rule.name) != main_rule.name) add(std::string("judged by: ") + rule.name, all, rule);
     }

@@ -116,8 +116,8 @@ void add_table_2_1(Draft& draft) {
                      {"respond, median run (µs)", true},
                      {"tick p99, worst run (µs)", true},
                      {"1 kHz misses", true},
-                     {"left at worst, without tissue (mm)", true},
-                     {"left at worst, with tissue (mm)", true}};
+                     {"residual penetration, max, without tissue (mm)", true},
+                     {"residual penetration, max, with tissue (mm)", true}};
     const auto scaled = [](double value, double scale) {
         return std::isnan(value) ? std::string("n/a") : format_number(value * scale);
     };

@@ -10,7 +10,7 @@
 
 namespace trocar {
 
-/// How wrong a closed loop was on one scene (m), at least 1 µm: the residual penetration at worst. Where only
+/// How wrong a closed loop was on one scene (m), at least 1 µm: the residual penetration, max. Where only
 /// instruments and bones meet (I2I, I2R) that depth is the contact's own compliance; there it is how far at worst the
 /// bodies are from the reference of equal stiffness, if there is one. NaN: no depth.
 double error_on(const SceneResult& result, const std::string& pair_class);
@@ -35,7 +35,7 @@ inline constexpr const char* response_order_text =
     "Order: controls last, then rows that failed, rows not run everywhere, worst residual penetration, its median, "
     "tick p99, name.";
 
-inline constexpr const char* detector_order_text = "Order: failed last, then pairs missed and added, then time.";
+inline constexpr const char* detector_order_text = "Order: failed last, then false negatives and false positives, then time.";
 
 bool have_depths(const std::vector<VerdictRow>& rows);
 

@@ -57,7 +57,7 @@ std::string failures_text(const VerdictRow& row) {
     return text;
 }
 
-/// "`ohc` + `penalty` (canonical)": parts of their own, so that a narrow page can break between them.
+/// "`ohc` + `penalty` (intersection)": parts of their own, so that a narrow page can break between them.
 std::string who_text(const Method& method) {
     std::string text = "`" + method.detector + "`";
     if (!method.response.empty()) text += " + `" + method.response + "`";
@@ -117,7 +117,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
     table.caption = caption;
     table.columns = {{"row", true},
                      {closed_loop ? "detector + response (contact generator)" : "detector", false, true},
-                     {"pairs missed / extra of true", true},
+                     {"false negatives / false positives of true pairs", true},
                      {"depth error, median / worst (mm)", true},
                      {"error over scenes (mm)", true},
                      {"residual penetration, median / worst (mm)", true},
@@ -255,8 +255,8 @@ ScatterChart verdict_chart(const Verdict& verdict) {
     chart.x_title = fmt::format("{} time per tick (µs, {})", p99 ? "p99" : "median",
                                 verdict.scenes.size() == 1 ? verdict.scenes.front() : "geometric mean over scenes");
     chart.y_title = depth                            ? "error over scenes (mm)"
-                    : searches_between(verdict.rows) ? "pairs missed + extra + contacts never reported"
-                                                     : "pairs missed + extra";
+                    : searches_between(verdict.rows) ? "false negatives + false positives + contacts never reported"
+                                                     : "false negatives + false positives";
     chart.x_limit = 1000.0;
     chart.x_limit_name = "1 ms";
     return chart;

@@ -19,8 +19,8 @@ std::string compliance_note(const Draft& draft) {
     }
     if (scenes.empty() || draft.mode != "closed_loop") return {};
     return fmt::format(
-        " On {} nothing but the contact gives way: there the depth that is left is the scene's own compliance, the "
-        "force of the hand over the scene's k, which the reference of equal k has too; it is no error (the way from "
+        " On {} nothing but the contact gives way: there the residual penetration is the scene's own compliance, the "
+        "force of the operator over the scene's k, which the reference of equal k has too; it is no error (the way from "
         "that reference is), and a method that leaves less is stiffer than the scene says.",
         joined(scenes));
 }
@@ -68,7 +68,7 @@ std::string judged_note(const Draft& draft) {
 std::string verdict_note(const Draft& draft) {
     return "Error over scenes: the geometric mean of the residual penetrations at worst, each at least 1 µm; in I2I "
            "and I2R of "
-           "the largest way from the reference of equal stiffness. Grey: another row is at least as fast and has as "
+           "the largest distance from the reference of equal stiffness. Grey: another row is at least as fast and has as "
            "small an error over scenes, and is better in one of the two. Times are geometric means over the scenes of "
            "the medians (p50) and 99 % values (p99) of a tick; a row that failed on a scene has none. Residual "
            "penetration: median over scenes / worst of all. Tears: ruptures reported, summed over the scenes; a depth "
@@ -77,8 +77,8 @@ std::string verdict_note(const Draft& draft) {
            "lie within the references' own bound. " +
            draft.interval_note(draft.mode) +
            fmt::format(
-               " Ratio: median tick over that of {} with the same response and source (of native contacts: "
-               "with canonical ones), process by process; {}. Moving alike: the same motion and forces on every scene, "
+               " Ratio: median tick over that of {} with the same response and contact generator (of native contacts: "
+               "with intersection ones), process by process; {}. Moving alike: the same motion and forces on every scene, "
                "bit "
                "by bit; such rows stand once, with the tick p50 / p99 of each that is named. n/a = does not apply; "
                "\"no reference\" = no reference solution in this study.",
@@ -124,7 +124,7 @@ void add_verdict_by_class(Draft& draft) {
             partial_table(verdict, fmt::format("{}, on some of these scenes only", name), draft.results.noise_floor()));
     }
     draft.paragraph(
-        "In I2I and I2R scenes the instruments are led by a simulated operator and pushed back by the contact; a "
+        "In I2I and I2R scenes the instruments are driven by a simulated operator and pushed back by the contact; a "
         "scene whose bodies all follow a script has no depth of its own making, so it is n/a there. Columns as under "
         "\"All methods\".",
         Paragraph::Style::small);

@@ -1,5 +1,5 @@
 // Contacts as the plain methods see them: a point of one body against a point of another, a normal and a depth. They
-// come from canonical contacts as well as from a library's own, which may lack vertices, case or more.
+// come from intersection contacts as well as from a library's own, which may lack vertices, case or more.
 #pragma once
 
 #include <array>

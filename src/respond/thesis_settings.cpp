@@ -16,7 +16,7 @@ std::vector<Parameter> thesis_parameters() {
          .default_value = "force_alpha",
          .choices = {"force_alpha", "force_at_vertex"},
          .meaning = "force on a face: shared out by barycentric weights (§4.3.1), or on the nearest vertex (§3.4)"},
-        number_parameter("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection (§3.4.5) looks back; 0: none"),
+        number_parameter("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection (§3.4.5) goes back; 0: none"),
         number_parameter("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
         {.name = "contacts",
          .type = Parameter::Type::choice,
@@ -35,9 +35,9 @@ std::vector<LeftSetting> thesis_left_settings() {
     for (const char* setting :
          {"projection", "squeeze", "settle_time", "anchor", "samples", "approach", "slip_damping", "tear_time", "d_max",
           "clear_speed", "rigid", "rigid_settle", "friction", "friction_k"}) {
-        left.push_back({setting, "take the response hold"});
+        left.push_back({setting, "take the response unilateral"});
     }
-    left.push_back({"resolution", "it belongs to the profile; n_back=0 looks back at nothing"});
+    left.push_back({"resolution", "it belongs to the profile; n_back=0 goes back to nothing"});
     for (const char* setting :
          {"reduction", "closest_point", "normal",     "stiffness",  "kappa",        "clamp",         "f_max",
           "edges",     "path",          "reaction",   "e",          "rigid_tissue", "tissue_tissue", "e_tissue",

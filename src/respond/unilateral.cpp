@@ -19,15 +19,15 @@
 namespace trocar {
 namespace {
 
-struct HoldSettings {
+struct UnilateralSettings {
     LawSettings law = {};
     bool grasp = true;
     GraspSettings grasping = {};
 };
 
-class Hold final : public Response {
+class Unilateral final : public Response {
 public:
-    explicit Hold(const HoldSettings& settings) : settings_(settings) {}
+    explicit Unilateral(const UnilateralSettings& settings) : settings_(settings) {}
 
     [[nodiscard]] std::map<std::string, double> values_in_force() const override {
         return laws_.values_in_force(stiffness_);
@@ -116,7 +116,7 @@ private:
         output.grasped = static_cast<std::int64_t>(grasp_.held().size());
     }
 
-    HoldSettings settings_;
+    UnilateralSettings settings_;
     const Topology* topology_ = nullptr;
     const Materials* materials_ = nullptr;
     ContactLaws laws_;
@@ -130,7 +130,7 @@ private:
 
 }  // namespace
 
-ResponseEntry hold_response() {
+ResponseEntry unilateral_response() {
     ResponseEntry entry;
     entry.name = "unilateral";
     entry.version = "1";
@@ -154,7 +154,7 @@ ResponseEntry hold_response() {
     entry.parameters.insert(entry.parameters.end(), grasping.begin(), grasping.end());
     entry.left = {{"settle_time", "it is named relaxation_time"}, {"skin", "it is named contact_offset"}};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Hold>(HoldSettings{.law = read_law_settings(values),
+        return std::make_unique<Unilateral>(UnilateralSettings{.law = read_law_settings(values),
                                                    .grasp = values.is("grasp", "on"),
                                                    .grasping = {.both_jaws = true,
                                                                 .stiffness = values.number("grasp_k"),

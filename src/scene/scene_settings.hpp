@@ -51,11 +51,11 @@ inline constexpr std::array<NumberSetting<TissueSettings>, 8> tissue_numbers{{
 inline constexpr int most_substeps = 1000;
 
 inline constexpr std::array<NumberSetting<OperatorModel>, 4> operator_numbers{{
-    {"mass", &OperatorModel::mass, "kg", ValueBound::positive, "mass of hand and instrument"},
+    {"mass", &OperatorModel::mass, "kg", ValueBound::positive, "mass of operator and instrument"},
     {"damping", &OperatorModel::damping, "N s/m", ValueBound::non_negative, "damping of the device"},
     {"coupling_stiffness", &OperatorModel::coupling_stiffness, "N/m", ValueBound::non_negative,
-     "spring of the hand to the script"},
-    {"coupling_damping", &OperatorModel::coupling_damping, "N s/m", ValueBound::non_negative, "damping of the hand"},
+     "stiffness of the virtual coupling to the script"},
+    {"coupling_damping", &OperatorModel::coupling_damping, "N s/m", ValueBound::non_negative, "damping of the virtual coupling"},
 }};
 
 inline const std::vector<std::string> body_kind_words{"instrument", "rigid", "tissue"};

@@ -79,7 +79,7 @@ Outcome BlowUp::judge_energy(const EnergyMomentumAudit& audit) {
     if (rich_ticks_ < energy_ticks) return {};
     return {OutcomeKind::unstable,
             fmt::format(
-                "energy from nothing: the tissue has gained {:.3g} J, scripts and hands did {:.3g} J of work (for {} "
+                "energy from nothing: the tissue has gained {:.3g} J, scripts and operators did {:.3g} J of work (for {} "
                 "ticks beyond {:g} times that)",
                 gain, work, rich_ticks_, work_factor)};
 }
@@ -102,7 +102,7 @@ Outcome BlowUp::judge_strain(const Frame& after) const {
     const double length = (after.position.col(worst->j) - after.position.col(worst->i)).norm();
     return {
         OutcomeKind::unstable,
-        fmt::format("edge {} to {} has a strain of {:.3g}, where the way of what is led ({:.3g} mm) asks for {:.3g} "
+        fmt::format("edge {} to {} has a strain of {:.3g}, where the path of driven bodies ({:.3g} mm) asks for {:.3g} "
                     "at most",
                     vertex_name(*scene_, worst->i), vertex_name(*scene_, worst->j), length / worst->rest - 1.0,
                     1e3 * path, path / std::max(worst->rest, mean_rest_) + limit)};

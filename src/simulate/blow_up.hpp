@@ -15,7 +15,7 @@ namespace trocar {
 
 /// A tick of tissue is `unstable` where one of these holds (METHODS §4):
 /// (a) for `energy_ticks` ticks in a row the tissue has, above its start and with no damper counted, more energy than
-///     (1 + work_factor) × the absolute work of scripts and hands so far + `spare_energy` + what a start in contact may
+///     (1 + work_factor) × the absolute work of scripts and operators so far + `spare_energy` + what a start in contact may
 ///     give back: the largest force of (c) over the deepest contact of the first tick;
 /// (b) an edge is stretched beyond max(`most_strain`, the scene's limit) + way / max(its rest length, the mean rest
 ///     length): way = the furthest that led bodies have gone since tissue was first touched, plus that first depth. An

@@ -35,7 +35,7 @@ public:
 
     /// J, that tissue has more in motion and springs than at the start; what dampers took is not in it.
     [[nodiscard]] double tissue_gain() const { return energy_ - first_energy_; }
-    /// J, sum over the ticks of the absolute work that scripts and hands did on what contact pressed on their bodies
+    /// J, sum over the ticks of the absolute work that scripts and operators did on what contact pressed on their bodies
     /// and on what they held. Where jaws open or close, whose forces cancel, at most so much: all that contacts,
     /// position corrections and held forces gave in the tick.
     [[nodiscard]] double absolute_work() const { return absolute_work_; }

@@ -106,7 +106,7 @@ const char* name_of(ContactDifference::What what) {
         case What::changed:
             return "changed";
         case What::missed:
-            return "proximity_false_negatives";
+            return "missed";
         case What::untrue:
             return "untrue";
     }
@@ -148,7 +148,7 @@ void WorstDifferences::add(ContactDifference difference) {
 }
 
 bool AnswerDifference::within(const BaselineTolerance& tolerance) const {
-    return false_negatives == 0 && false_positives == 0 && other_kind == 0 && outcome.empty() &&
+    return missing == 0 && extra == 0 && other_kind == 0 && outcome.empty() &&
            worst_depth <= tolerance.length && worst_point <= tolerance.length && worst_angle <= tolerance.angle;
 }
 
@@ -173,7 +173,7 @@ AnswerDifference compare_answers(const BaselineAnswer& before, const BaselineAns
             if (now != nullptr) difference.after = *now;
             if (old == nullptr || now == nullptr) {
                 difference.what = old == nullptr ? What::added : What::lost;
-                (old == nullptr ? found.false_positives : found.false_negatives) += 1;
+                (old == nullptr ? found.extra : found.missing) += 1;
                 worst.add(difference);
                 continue;
             }

@@ -17,7 +17,8 @@ namespace {
 
 using OrderedJson = nlohmann::ordered_json;
 
-const std::vector<std::string> baseline_formats{"trocar-baseline-1", "trocar-baseline-2"};  // the second has truth
+/// The second adds truth; the third renames its keys.
+const std::vector<std::string> baseline_formats{"trocar-baseline-1", "trocar-baseline-2", "trocar-baseline-3"};
 constexpr std::array<const char*, 7> kind_names{"unset", "a_enters_b", "b_enters_a", "edges_cross",
                                                 "touch", "coplanar",   "degenerate"};
 constexpr std::int64_t most_stored = 1'000'000'000'000;  // of anything that is counted
@@ -61,15 +62,21 @@ OrderedJson truth_json(const TruthFigures& truth) {
             {"false_positives", truth.false_positives}};
 }
 
-TruthFigures read_truth(const JsonNode& node) {
-    node.expect_keys({"ticks", "pairs", "reported", "false_negatives", "false_negatives_touch", "false_positives"});
-    const auto count = [&node](const char* key) { return node.at(key).integer(0, most_stored); };
-    return {.ticks = count("ticks"),
-            .pairs = count("pairs"),
-            .reported = count("reported"),
-            .false_negatives = count("false_negatives"),
-            .false_negatives_touch = count("false_negatives_touch"),
-            .false_positives = count("false_positives")};
+/// Keys of truth in one format, in the order of TruthFigures.
+using TruthKeys = std::array<const char*, 6>;
+constexpr TruthKeys truth_keys{"ticks",          "pairs", "reported", "false_negatives", "false_negatives_touch",
+                               "false_positives"};
+constexpr TruthKeys truth_keys_of_format_2{"ticks", "pairs", "told", "missing", "missing_touch", "extra"};
+
+TruthFigures read_truth(const JsonNode& node, const TruthKeys& keys) {
+    node.expect_keys({keys.begin(), keys.end()});
+    const auto count = [&](std::size_t k) { return node.at(keys.at(k)).integer(0, most_stored); };
+    return {.ticks = count(0),
+            .pairs = count(1),
+            .reported = count(2),
+            .false_negatives = count(3),
+            .false_negatives_touch = count(4),
+            .false_positives = count(5)};
 }
 
 Contact read_contact(const JsonNode& node) {
@@ -141,7 +148,9 @@ ContactBaseline contact_baseline_from_json(const std::string& text, const std::s
     const Json document = parse_json(text, name);
     const JsonNode root(document, name);
     root.expect_keys({"format", "source", "source_hash", "frames_hash", "ticks", "every", "detectors", "contacts"});
-    const bool has_truth = root.at("format").word(baseline_formats) == baseline_formats.back();
+    const std::string format = root.at("format").word(baseline_formats);
+    const bool has_truth = format != baseline_formats.front();
+    const TruthKeys& keys_of_truth = format == baseline_formats.back() ? truth_keys : truth_keys_of_format_2;
     ContactBaseline baseline;
     baseline.source = root.at("source").text();
     baseline.source_hash = root.at("source_hash").text();
@@ -176,7 +185,7 @@ ContactBaseline contact_baseline_from_json(const std::string& text, const std::s
         answer.outcome = entry.at("outcome").text();
         answer.ticks = answers[static_cast<std::size_t>(position)];
         if (const auto every = entry.find("every")) answer.every = every->integer(1, most_stored);
-        if (const auto truth = entry.find("truth")) answer.truth = read_truth(*truth);
+        if (const auto truth = entry.find("truth")) answer.truth = read_truth(*truth, keys_of_truth);
     }
     return baseline;
 }
@@ -184,12 +193,12 @@ ContactBaseline contact_baseline_from_json(const std::string& text, const std::s
 std::string contact_baseline_schema() {
     return R"({
   "$schema": "https://json-schema.org/draft/2020-12/schema",
-  "title": "stored contacts, format trocar-baseline-2",
-  "description": "What trocar baseline write keeps and trocar baseline check reads, one document per scene or recording. Contacts of detectors are canonical ones (trocar computes them from the pairs of triangles, the same way for every detector); those under the name recorded are the ones that the recording carries, as it reports them. Format 1 has neither every nor truth in an entry of detectors, and no recorded contacts.",
+  "title": "stored contacts, format trocar-baseline-3",
+  "description": "What trocar baseline write keeps and trocar baseline check reads, one document per scene or recording. Contacts of detectors are intersection ones (trocar computes them from the pairs of triangles, the same way for every detector); those under the name recorded are the ones that the recording carries, as it reports them. Format 1 has neither every nor truth in an entry of detectors, and no recorded contacts. Format 2 names the keys of truth told, missing, missing_touch and extra.",
   "type": "object", "additionalProperties": false,
   "required": ["format", "source", "source_hash", "frames_hash", "ticks", "every", "detectors", "contacts"],
   "properties": {
-    "format": {"enum": ["trocar-baseline-1", "trocar-baseline-2"]},
+    "format": {"enum": ["trocar-baseline-1", "trocar-baseline-2", "trocar-baseline-3"]},
     "source": {"type": "string", "description": "Name of the scene or recording"},
     "source_hash": {"type": "string", "description": "16 hex digits, of its content; another one: other frames"},
     "frames_hash": {"type": "string", "description": "16 hex digits, over all frames; another one: other frames, on which pairs are held against exact truth alone"},
@@ -207,13 +216,13 @@ std::string contact_baseline_schema() {
   },
   "$defs": {
     "truth": {"type": "object", "additionalProperties": false, "description": "Pairs of triangles held against exact truth, over all ticks examined",
-      "required": ["ticks", "pairs", "reported", "missing", "false_negatives_touch", "extra"], "properties": {
+      "required": ["ticks", "pairs", "reported", "false_negatives", "false_negatives_touch", "false_positives"], "properties": {
         "ticks": {"type": "integer", "minimum": 0, "description": "Whose pairs are known and whose frame is finite"},
         "pairs": {"type": "integer", "minimum": 0, "description": "That truly meet"},
-        "reported": {"type": "integer", "minimum": 0, "description": "Of the answer; those made to be apart (depth below 0) only where they meet"},
-        "missing": {"type": "integer", "minimum": 0, "description": "True pairs that were not reported"},
-        "false_negatives_touch": {"type": "integer", "minimum": 0, "description": "Those of missing that only touch"},
-        "extra": {"type": "integer", "minimum": 0, "description": "Reported pairs that do not meet"}}}
+        "reported": {"type": "integer", "minimum": 0, "description": "Of the answer; those reported apart (depth below 0) only where they meet"},
+        "false_negatives": {"type": "integer", "minimum": 0, "description": "True pairs that were not reported"},
+        "false_negatives_touch": {"type": "integer", "minimum": 0, "description": "Those of false_negatives that only touch"},
+        "false_positives": {"type": "integer", "minimum": 0, "description": "Reported pairs that do not meet"}}}
   }
 }
 )";

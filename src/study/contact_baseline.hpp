@@ -53,7 +53,7 @@ struct ContactBaseline {
     }
 };
 
-/// One JSON document (trocar-baseline-2); detectors with the same answer share it. Lengths in m, to 1e-12; normals to
+/// One JSON document (trocar-baseline-3); detectors with the same answer share it. Lengths in m, to 1e-12; normals to
 /// 1e-12.
 std::string to_json(const ContactBaseline& baseline);
 /// Format 1 or 2. Throws InputError: no such file, not this format, wrong types or counts.

@@ -232,7 +232,7 @@ TEST_F(RecordedBaseline, KeepsWhatTheRecordingCarriesAndNothingElse) {
     put_with(whole);
     ASSERT_EQ(run("write", "").status, 0);
     const Json stored = Json::parse(test::read_file(folder.path() / "baseline" / "frames.json"));
-    EXPECT_EQ(stored["format"], "trocar-baseline-2");
+    EXPECT_EQ(stored["format"], "trocar-baseline-3");
     ASSERT_EQ(stored["detectors"].size(), 1U);
     EXPECT_EQ(stored["detectors"]["recorded"]["truth"]["pairs"], 1);
     EXPECT_EQ(stored["detectors"]["recorded"]["truth"]["false_negatives"], 0);

@@ -268,7 +268,7 @@ TEST_F(RunCommand, ResponseThatCannotReadNativeContactsEndsWithThree) {
     const Json json = Json::parse(thesis.out);
     EXPECT_EQ(json.at("outcome"), "unsupported");
     EXPECT_NE(json.at("message").get<std::string>().find(
-                  "from contacts tracked_proximity, near, canonical, not from 'native'"),
+                  "from contacts tracked_proximity, proximity, intersection, not from 'native'"),
               std::string::npos);
     EXPECT_TRUE(json.at("rows").empty());
     const test::ProgramResult penalty = run_program(arguments + " --response penalty");

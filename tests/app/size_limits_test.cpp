@@ -141,8 +141,8 @@ TEST_F(SizeLimits, NumbersOfTheCommandLineAreTakenAsTheyStandOrRefused) {
         EXPECT_NE(result.err.find(option + ": expected something, got ''"), std::string::npos) << result.err;
     }
     EXPECT_EQ(run_program("run " + scene + " --ticks +2").status, 0);
-    EXPECT_EQ(run_program("run " + scene + " --ticks 2 --reach-margin ''").status, 2);
-    EXPECT_EQ(run_program("run " + scene + " --ticks 2 --reach-margin 1e-310").status, 0) << "a number, if a small one";
+    EXPECT_EQ(run_program("run " + scene + " --ticks 2 --query-distance-margin ''").status, 2);
+    EXPECT_EQ(run_program("run " + scene + " --ticks 2 --query-distance-margin 1e-310").status, 0) << "a number, if a small one";
 }
 
 }  // namespace

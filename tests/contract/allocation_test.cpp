@@ -63,7 +63,7 @@ struct Counted {
     std::int64_t contacts = 0;     ///< after warm-up
 };
 
-/// A whole tick: detector, canonical contacts, a penalty and the tissue.
+/// A whole tick: detector, intersection contacts, a penalty and the tissue.
 Counted count_detector(const std::string& detector) {
     Simulation simulation(drag(), make_detector(detector), make_response("penalty"),
                           registry().contact_generator("intersection"));

@@ -542,7 +542,7 @@ TEST(BuildReference, BodiesThatBeginInsideEachOtherAreLedInStepByStepFromTheEndO
     ASSERT_TRUE(reference.hard.available) << reference.hard.reason;
     const double force = 2.0 * 80.0 * 0.003;
     EXPECT_NEAR(reference.hard.force_at(0.03).z(), force, 0.01 * force);
-    EXPECT_NE(reference.origin.at("start").find("led in from the end of the script"), std::string::npos);
+    EXPECT_NE(reference.origin.at("start").find("moved in from the end of the script"), std::string::npos);
 }
 
 TEST(BuildReference, BodiesThatTheEndOfTheScriptDoesNotPartHaveNoHardReference) {

@@ -35,7 +35,7 @@ TEST(BetweenTicksSection, ReportsTheShareMissedBesideTheChanceOfOneLookPerTick) 
     EXPECT_NE(report.find("| `looks` | 4 | 3 | 250 | 900 |"), std::string::npos) << "latencies in µs";
     EXPECT_NE(report.find("| `follows` | 4 | 0 |"), std::string::npos);
     // v·dt / thickness = 4: by chance 1 - 1/4 are missed.
-    EXPECT_NE(report.find("| one look per tick, by chance | 0.750 |"), std::string::npos);
+    EXPECT_NE(report.find("| one sample per tick, by chance | 0.750 |"), std::string::npos);
     EXPECT_NE(report.find("| `looks` | 0.750 |"), std::string::npos);
     EXPECT_NE(report.find("| `follows` | 0 |"), std::string::npos);
     EXPECT_NE(report.find("charts/between_ticks_"), std::string::npos);

@@ -50,7 +50,7 @@ std::string refusal(const TableChoice& choice) {
 TEST(TableChoice, RowsFitAllNamesAndAnyValueOfAName) {
     const std::vector<std::string> columns{"scene", "response", "response.k"};
     EXPECT_EQ(words_of(choose_table(records(), {columns, {"scene=poke", "response=push"}})), "poke push 200 / ");
-    EXPECT_EQ(words_of(choose_table(records(), {columns, {"scene=poke", "response=push", "response=hold"}})),
+    EXPECT_EQ(words_of(choose_table(records(), {columns, {"scene=poke", "response=push", "response=unilateral"}})),
               "poke hold  / poke push 200 / ");
     EXPECT_EQ(words_of(choose_table(records(), {columns, {"response=push:k=200"}})),
               "drag push 200 / poke push 200 / ");
@@ -150,7 +150,7 @@ TEST(TableChoice, BadNamesGetOneLineThatListsNearOnes) {
     EXPECT_NE(refusal({{}, {"scene"}}).find("NAME=VALUE"), std::string::npos);
     EXPECT_NE(refusal({{"residual_penetration_max_m:ms"}, {}}).find("(m)"), std::string::npos);
     EXPECT_NE(refusal({{"scene:mm"}, {}}).find("scene"), std::string::npos);
-    EXPECT_NE(refusal({{}, {"mode=replay", "response=hold"}}).find("all of these"), std::string::npos);
+    EXPECT_NE(refusal({{}, {"mode=replay", "response=unilateral"}}).find("all of these"), std::string::npos);
     EXPECT_EQ(refusal({{"residual_mx_m"}, {}}).find('\n'), std::string::npos);
 }
 

@@ -62,7 +62,7 @@ int ticks_to_last_key(double speed, double depth, After after) {
     return static_cast<int>(1000.0 * (arrival + (after == After::stop ? 0.0 : 0.02 + 0.012 / speed))) + 1;
 }
 
-TEST(HoldResolution, ClearsATwoHundredMillisecondsAfterStopDragAndWithdrawal) {
+TEST(UnilateralResolution, ClearsATwoHundredMillisecondsAfterStopDragAndWithdrawal) {
     for (const After after : {After::stop, After::drag, After::withdraw}) {
         for (const double speed : {0.1, 0.6}) {
             ClosedLoop loop = stab("unilateral", speed, 0.006, after);
@@ -89,7 +89,7 @@ TEST(FaithfulResolution, LeavesTheStoppedToolInTheTissue) {
     EXPECT_GT(depth_at_tip(loop), 5e-4);
 }
 
-TEST(HoldRigid, BoneSpikeUnderTissueLiftsItAndFaithfulIgnoresIt) {
+TEST(UnilateralRigid, BoneSpikeUnderTissueLiftsItAndFaithfulIgnoresIt) {
     // The spike points up through the sheet; only its own vertices enter tissue faces.
     const auto run = [](const std::string& method) {
         test::Mesh spike = make_shaft(0.0015, 0.03, 6, 0.02);
@@ -165,7 +165,7 @@ double highest_above(const ClosedLoop& loop, std::size_t lower, std::size_t uppe
     return most;
 }
 
-TEST(TissueTissue, SheetsPressedOnEachOtherKeepTheirOrderInHold) {
+TEST(TissueTissue, SheetsPressedOnEachOtherKeepTheirOrderInUnilateral) {
     const auto lowered = [](Mesh mesh, const Vector3& by) {
         for (Vector3& point : mesh.points) point += by;
         return mesh;

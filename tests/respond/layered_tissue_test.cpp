@@ -49,7 +49,7 @@ double depth_below(const ClosedLoop& loop, Range layer) {
     return worst;
 }
 
-TEST(HoldLayers, GapToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick) {
+TEST(UnilateralLayers, GapToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryTick) {
     test::expect_known_gap("one rupture is reported that no depth shows", [] {
         constexpr double clear = 1e-4;  // m
         const auto blunt = make_shaft(0.004, 0.06, 10, 0.0);
@@ -181,7 +181,7 @@ TEST(StackedTissue, GapIsClearOfEachOtherAfterEveryTickOfAStabOrADragAndTakesIts
     });
 }
 
-TEST(HoldWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
+TEST(UnilateralWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
     constexpr double clear = 1e-4;  // m
     const test::Mesh sheet = test::make_sheet(14, edge);
     for (const double speed : {0.5, 1.0, 2.0, 3.0}) {
@@ -210,7 +210,7 @@ TEST(HoldWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
     }
 }
 
-TEST(HoldWithdrawal, GapToolThatStartsThroughBothWallsOfABagTearsThemAndIsFreeOnceItIsOut) {
+TEST(UnilateralWithdrawal, GapToolThatStartsThroughBothWallsOfABagTearsThemAndIsFreeOnceItIsOut) {
     test::expect_known_gap("the walls of the bag are passed without a rupture reported", [] {
         for (const double thickness : {0.01, 0.02}) {
             for (const double below : {0.006, 0.012}) {

@@ -109,7 +109,7 @@ TEST_P(DragAgainstRim, LeavesNoPartOfTheSheetInsideTheShaft) {
     EXPECT_GT(force, 0.1);
 }
 
-INSTANTIATE_TEST_SUITE_P(HoldRim, DragAgainstRim,
+INSTANTIATE_TEST_SUITE_P(UnilateralRim, DragAgainstRim,
                          testing::Values(Drag{}, Drag{.beyond = 0.009}, Drag{.radius = 0.0025}, Drag{.round = false},
                                          Drag{.radius = 0.0025, .round = false}));
 
@@ -134,7 +134,7 @@ TEST_P(FarDragAgainstRim, EndsWithNoPartOfTheSheetInsideTheShaft) {
 }
 
 INSTANTIATE_TEST_SUITE_P(
-    HoldRim, FarDragAgainstRim,
+    UnilateralRim, FarDragAgainstRim,
     testing::Values(Drag{.edge = 0.0025, .beyond = 0.012, .round = false}, Drag{.edge = 0.0025, .beyond = 0.012},
                     Drag{.radius = 0.0025, .edge = 0.0025, .beyond = 0.0105, .round = false},
                     Drag{.beyond = 0.018, .round = false, .hole = 0.006},

@@ -83,7 +83,7 @@ const std::array<Path, 4> paths{{{"half withdrawn", 0.5, Vector3(0, 0, 0.003)},
                                  {"dragged", 0.15, Vector3(0.011, 0.004, 0)},
                                  {"dragged up and out", 0.4, Vector3(-0.006, 0.009, 0.004)}}};
 
-TEST(HoldStab, EndsClearOnSheetAndOrganTwoHundredMillisecondsAfterTheLastKey) {
+TEST(UnilateralStab, EndsClearOnSheetAndOrganTwoHundredMillisecondsAfterTheLastKey) {
     Mesh organ = make_shaft(0.02, 0.03, 12, 0.008);
     for (const bool closed : {false, true}) {
         const Mesh tissue = closed ? organ : make_sheet(12, 0.005);
@@ -122,7 +122,7 @@ double worst_of_blunt_tool_on_fine_sheet(const std::string& method) {
     return worst;
 }
 
-TEST(HoldPress, BluntToolOnSmallerTrianglesThanItsOwnLeavesNothingBetweenTheirVertices) {
+TEST(UnilateralPress, BluntToolOnSmallerTrianglesThanItsOwnLeavesNothingBetweenTheirVertices) {
     // The rim's edges cross the sheet's: no vertex of either is inside there.
     EXPECT_LE(worst_of_blunt_tool_on_fine_sheet("unilateral"), 1e-4);
 }
@@ -149,12 +149,12 @@ double worst_under_thin_bar(const std::string& method) {
     return worst;
 }
 
-TEST(HoldPress, BarThinnerThanTheMeshDoesNotPassBetweenItsOwnVertices) {
+TEST(UnilateralPress, BarThinnerThanTheMeshDoesNotPassBetweenItsOwnVertices) {
     EXPECT_LE(worst_under_thin_bar("unilateral"), 2e-4);
     EXPECT_GT(worst_under_thin_bar("penalty"), 1e-3);
 }
 
-TEST(HoldPress, BoxThatLandsFlatAndIsDraggedHasNoTissueAcrossItsRim) {
+TEST(UnilateralPress, BoxThatLandsFlatAndIsDraggedHasNoTissueAcrossItsRim) {
     // Twice as long edges as the sheet's: between the corners the sheet passes in by the bottom and out by a side, and
     // no pair of triangles reports that the rim crosses the sheet's edges. It lands with its bottom in the sheet's
     // plane.
@@ -211,7 +211,7 @@ TEST(FaithfulStab, BackProjectionFindsTheSurfaceGoingInAndNotComingOut) {
     EXPECT_LT(attractions(0.5), attractions(-0.5) + 1);
 }
 
-TEST(HoldStab, GapNeedleThroughAThinBodyWithNoVertexInsideIsNotIgnored) {
+TEST(UnilateralStab, GapNeedleThroughAThinBodyWithNoVertexInsideIsNotIgnored) {
     test::expect_known_gap(
         "a needle that starts through both walls of a thin body, no vertex of either in the other: sides are kept at "
         "vertices",
@@ -308,7 +308,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, StabScene,
                                          "i2t_deep_sheet", "r2t_spike", "t2t_closed"),
                          [](const auto& tested) { return std::string(tested.param); });
 
-TEST(StabScenes, TearInHoldExactlyWhereTheHardReferenceDoesNotClearWithinTheStrainLimit) {
+TEST(StabScenes, TearInUnilateralExactlyWhereTheHardReferenceDoesNotClearWithinTheStrainLimit) {
     int torn = 0;
     for (const char* name : {"i2t_stab", "i2t_stab_withdraw", "i2t_stab_drag", "i2t_stab_closed", "i2t_deep_start",
                              "i2t_deep_sheet", "i2t_poke", "i2t_drag", "r2t_spike", "t2t_closed"}) {
@@ -391,7 +391,7 @@ TEST(StabScenes, FaithfulStaysInTheTissueWhereTheToolStands) {
     EXPECT_GT(run_scene("i2t_stab_drag", "thesis").residual, 1e-3);
 }
 
-TEST(StabScenes, SpikeAndClosedOrganAreNeverDeepInHoldAndAreInFaithful) {
+TEST(StabScenes, SpikeAndClosedOrganAreNeverDeepInUnilateralAndAreInFaithful) {
     for (const char* name : {"r2t_spike", "t2t_closed"}) {
         EXPECT_LT(run_scene(name, "unilateral").worst, 1.5e-4) << name;
         EXPECT_GT(run_scene(name, "thesis").worst, 5e-4) << name;

@@ -61,7 +61,7 @@ ClosedLoop loop_of(const Mesh& tool, std::function<Vector3(double)> offset, cons
         method);
 }
 
-TEST(HoldLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNothingIntoIt) {
+TEST(UnilateralLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNothingIntoIt) {
     // At 40 ms all of the end's triangles lie in the sheet's plane, to rounding: the triangles overlap by millimetres
     // in the plane that they share, and nothing is inside. Then it stands, or goes on.
     for (const double depth : {0.0, 0.004}) {
@@ -75,7 +75,7 @@ TEST(HoldLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNothingInt
     }
 }
 
-TEST(HoldOpenTool, BladeThatCutsDownIntoASheetIsHeldUpAndNotPushedAside) {
+TEST(UnilateralOpenTool, BladeThatCutsDownIntoASheetIsHeldUpAndNotPushedAside) {
     // Two triangles upright over the sheet: half of its vertices are below the blade's plane, none behind the blade.
     // The sheet is flat, so that what carries the blade can lean by the slope of its dent only.
     Mesh blade;
@@ -145,7 +145,7 @@ constexpr const char* dragged_needle =
                                               {"time":0.05,"pose":[-0.000376,0.002033,-0.005996,0,0,0]},
                                               {"time":0.33743,"pose":[-0.00841,0.01395,-0.004797,0,0,0]}]}}]})";
 
-TEST(HoldFold, NeedleDraggedWithItsPointInAPocketIsNotFoldedOver) {
+TEST(UnilateralFold, NeedleDraggedWithItsPointInAPocketIsNotFoldedOver) {
     // The point stays in the bottom of its pocket while the wall ahead is drawn back over the cone: it folds at an edge
     // between the cone's own vertices.
     const Record record = test::run_scene_with(test::scene_from_text(dragged_needle), "unilateral");
@@ -165,7 +165,7 @@ constexpr const char* resting_shaft =
         "keys":[{"time":0,"pose":[0.003494203558375027,-0.0024876330048711247,0.008,0,0,0]},
                 {"time":0.02567,"pose":[0.003494203558375027,-0.0024876330048711247,-0.004835484260774331,0,0,0]}]}}]})";
 
-TEST(HoldPress, SheetUnderAToolThatStandsStillComesToRest) {
+TEST(UnilateralPress, SheetUnderAToolThatStandsStillComesToRest) {
     // The triangle under the middle of the shaft's end tilts while it slides there. It swung ever wider, 0.15 mm of the
     // end left inside, though nothing does work on the tissue any more and its springs are damped.
     const Record record = test::run_scene_with(test::scene_from_text(resting_shaft), "unilateral");
@@ -174,7 +174,7 @@ TEST(HoldPress, SheetUnderAToolThatStandsStillComesToRest) {
     EXPECT_GT(record.summary.at("force_max_n"), 0.3);
 }
 
-TEST(HoldFriction, BarDrawnAlongTheEdgeThatItLiesOnRubsByCoulombsLaw) {
+TEST(UnilateralFriction, BarDrawnAlongTheEdgeThatItLiesOnRubsByCoulombsLaw) {
     // What its ends push ahead of them counts apart.
     const double smooth = drag_share(0.0);
     for (const double friction : {0.1, 0.3}) {
@@ -186,7 +186,7 @@ TEST(HoldFriction, BarDrawnAlongTheEdgeThatItLiesOnRubsByCoulombsLaw) {
 /// tension E h (preload + limit) times the way round.
 double strength(double radius, double edge) { return 38000.0 * 0.003 * (0.2 + 1.0) * 6.2832 * (radius + edge); }
 
-TEST(HoldRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueCanPress) {
+TEST(UnilateralRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueCanPress) {
     test::expect_known_gap("no rupture is reported and up to 12 N press at a pinned rim", [] {
         // Pins hold the rim at x = 30 mm where the tool must pass: dragged out over it, pressed on it, dragged in from
         // beyond it, all 3 mm below the sheet's plane.
@@ -214,7 +214,7 @@ TEST(HoldRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueCanPres
     });
 }
 
-TEST(HoldRim, ToolBesideAPinnedRimIsHeldWithoutTearing) {
+TEST(UnilateralRim, ToolBesideAPinnedRimIsHeldWithoutTearing) {
     // The tool's side is 2 mm from the rim: triangles that it touches have pinned corners and can still follow.
     ClosedLoop loop = loop_of(
         make_shaft(0.004, 0.05, 10, 0.003),

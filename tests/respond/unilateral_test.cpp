@@ -62,13 +62,13 @@ std::vector<std::string> clear_scenes() {
 /// Deep starts have to get clear first.
 bool starts_deep(const std::string& name) { return name.starts_with("i2t_deep_"); }
 
-class HoldOnShippedScenes : public testing::TestWithParam<std::string> {};
+class UnilateralOnShippedScenes : public testing::TestWithParam<std::string> {};
 
 /// One run answers both. Depth: no more than a twentieth of a millimetre at any tick. Force, against the stored hard
 /// reference: its own bound, or one part in a hundred of its peak, or one and a half times what was left before
 /// `unilateral`
 /// (`thesis:profile=corrected` of November 2026, as published then).
-TEST_P(HoldOnShippedScenes, LeavesNoMoreThanATwentiethOfAMillimetreAtAnyTickAndShowsTheForceOfHardContact) {
+TEST_P(UnilateralOnShippedScenes, LeavesNoMoreThanATwentiethOfAMillimetreAtAnyTickAndShowsTheForceOfHardContact) {
     const Scene scene = shipped(GetParam());
     const Record record = run_scene_with(scene, "unilateral");
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
@@ -98,7 +98,7 @@ TEST_P(HoldOnShippedScenes, LeavesNoMoreThanATwentiethOfAMillimetreAtAnyTickAndS
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, HoldOnShippedScenes, testing::ValuesIn(clear_scenes()),
+INSTANTIATE_TEST_SUITE_P(Scenes, UnilateralOnShippedScenes, testing::ValuesIn(clear_scenes()),
                          [](const auto& each) { return each.param; });
 
 /// A tool led straight into a bone's face, at rest at the end.
@@ -154,7 +154,7 @@ Scene rigid_scene(const std::string& first, const std::string& part, const std::
         first, part, drive, keys));
 }
 
-TEST(HoldOnBone, ATipBehindOpenBoneIsPressedBackAlsoWhereTrianglesStandTwice) {
+TEST(UnilateralOnBone, ATipBehindOpenBoneIsPressedBackAlsoWhereTrianglesStandTwice) {
     const std::string sheet = R"({"shape":"sheet","size":[0.05,0.05],"edge":0.005})";
     for (const std::string& parts : {sheet, sheet + "," + sheet}) {
         // 0.5 mm is the radius of the tips' proxies of other responses.
@@ -170,7 +170,7 @@ TEST(HoldOnBone, ATipBehindOpenBoneIsPressedBackAlsoWhereTrianglesStandTwice) {
     }
 }
 
-TEST(HoldOnBone, AToolLedThroughAPlateIsReportedToHavePassed) {
+TEST(UnilateralOnBone, AToolLedThroughAPlateIsReportedToHavePassed) {
     const Scene scene = rigid_scene(
         R"({"name":"first","kind":"rigid","closed":true,"pose":[0,0,-0.003,0,0,0],
             "parts":[{"shape":"box","size":[0.05,0.05,0.006],"edge":0.005}]})",
@@ -195,7 +195,7 @@ Record crossed_shafts(double force) {
                           "unilateral");
 }
 
-TEST(HoldOfTwoShafts, HoldsThemApartOrReportsThatOneHasPassed) {
+TEST(UnilateralOfTwoShafts, HoldsThemApartOrReportsThatOneHasPassed) {
     // The hand's spring and the contact's of 1000 N/m in a row: 1000 / 1300 of the force; polygons are a little
     // thinner.
     for (const double force : {1.0, 1.5}) {
@@ -211,12 +211,12 @@ TEST(HoldOfTwoShafts, HoldsThemApartOrReportsThatOneHasPassed) {
     }
 }
 
-TEST(HoldOfTwoShafts, GapHoldsFourAndAHalfNewtons) {
+TEST(UnilateralOfTwoShafts, GapHoldsFourAndAHalfNewtons) {
     test::expect_known_gap("once an axis is passed, 2.5 mm deep, the way out is on the other side",
                            [] { EXPECT_EQ(crossed_shafts(4.5).summary.at("passed_through"), 0.0); });
 }
 
-TEST(HoldInSqueeze, TissueWithoutAPlaceIsReportedTornAndPressedNoHarderThanItsLimit) {
+TEST(UnilateralInSqueeze, TissueWithoutAPlaceIsReportedTornAndPressedNoHarderThanItsLimit) {
     const Record record = run_scene_with(shipped("r2t_squeeze"), "unilateral");
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     double ruptures = 0.0;

@@ -191,7 +191,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& one) { return one.param.name; });
 
 /// The first 600 ticks of every shipped scene with tissue, `unilateral` as it is by default.
-TEST(BlowUp, ShippedScenesAreNoneUnderHold) {
+TEST(BlowUp, ShippedScenesAreNoneUnderUnilateral) {
     const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
     int asked = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {

@@ -128,7 +128,7 @@ TEST(MetamorphicTest, AFreshRunHasTheSameHashAndAnotherAnswerAnother) {
     EXPECT_NE(once.state_hash, metamorphic(scene, "brute_force", "", 400).state_hash);
 }
 
-TEST(MetamorphicTest, FaithfulDependsOnTheOrderOfTrianglesAndHoldDoesNot) {
+TEST(MetamorphicTest, FaithfulDependsOnTheOrderOfTrianglesAndUnilateralDoesNot) {
     // METHODS §13: faithful responds once per triangle pair, one after the other in sorted order, each from what the
     // last has left; hold once per pair of features, all at once. It takes the whole stab until a vertex lies behind
     // two faces.

@@ -50,8 +50,8 @@ TEST(BaselineComparison, GoneAndNewContactsAreCountedApart) {
     after.ticks[1].contacts.push_back(contact_at(7, 9, 1e-3));
     after.ticks[1].contacts.push_back(contact_at(8, 9, 1e-3));
     const AnswerDifference found = compare_answers(three_contacts(), after, nanometre);
-    EXPECT_EQ(found.false_negatives, 1);
-    EXPECT_EQ(found.false_positives, 2);
+    EXPECT_EQ(found.missing, 1);
+    EXPECT_EQ(found.extra, 2);
     EXPECT_EQ(found.compared, 2);
     EXPECT_FALSE(found.within({.length = 1.0, .angle = 10.0}));
 }
@@ -79,8 +79,8 @@ TEST(BaselineComparison, ALostContactAloneIsNotTheSame) {
     BaselineAnswer after = three_contacts();
     after.ticks[1].contacts.clear();
     const AnswerDifference found = compare_answers(three_contacts(), after, kilometre);
-    EXPECT_EQ(found.false_negatives, 1);
-    EXPECT_EQ(found.false_positives, 0);
+    EXPECT_EQ(found.missing, 1);
+    EXPECT_EQ(found.extra, 0);
     EXPECT_FALSE(found.within(kilometre));
     ASSERT_EQ(found.worst.size(), 1U);
     EXPECT_EQ(found.worst[0].what, ContactDifference::What::lost);
@@ -91,8 +91,8 @@ TEST(BaselineComparison, ALostContactAloneIsNotTheSame) {
 
 TEST(BaselineComparison, ANewContactAloneIsNotTheSame) {
     const AnswerDifference found = compare_answers({.ticks = {}}, three_contacts(), kilometre);
-    EXPECT_EQ(found.false_negatives, 0);
-    EXPECT_EQ(found.false_positives, 3);
+    EXPECT_EQ(found.missing, 0);
+    EXPECT_EQ(found.extra, 3);
     EXPECT_FALSE(found.within(kilometre));
     EXPECT_EQ(found.worst.at(0).what, ContactDifference::What::added);
     EXPECT_EQ(found.worst.at(0).tick, 40) << "the deepest first";
@@ -136,7 +136,7 @@ TEST(BaselineComparison, TheTenWorstAreReportedTheLostAndTheDeepestFirst) {
         }
     }
     const AnswerDifference found = compare_answers(before, after, nanometre);
-    EXPECT_EQ(found.false_negatives, 8);
+    EXPECT_EQ(found.missing, 8);
     ASSERT_EQ(found.worst.size(), 10U);
     std::vector<std::int64_t> ticks;
     for (const ContactDifference& one : found.worst) ticks.push_back(one.tick);
@@ -158,7 +158,7 @@ TEST(BaselineComparison, SeveralContactsOfAPairAreHeldAgainstTheNearest) {
     after.ticks[0].contacts[0].point.x() = 0.01;
     after.ticks[0].contacts.erase(after.ticks[0].contacts.begin() + 2);
     const AnswerDifference found = compare_answers(before, after, nanometre);
-    EXPECT_EQ(found.false_negatives, 1);
+    EXPECT_EQ(found.missing, 1);
     EXPECT_EQ(found.compared, 3);
     EXPECT_NEAR(found.worst_point, 0.01, 1e-15);
     EXPECT_EQ(found.worst.at(0).before->point.x(), 0.2);
@@ -177,12 +177,12 @@ TEST(BaselineComparison, FewContactsAmongManyAreHeldAgainstTheNearestToo) {
         for (const std::size_t i : left) few.ticks[0].contacts.push_back(many.ticks[0].contacts[i]);
         const auto others = static_cast<std::int64_t>(150 - left.size());
         const AnswerDifference grown = compare_answers(few, many, nanometre);
-        EXPECT_EQ(grown.false_positives, others);
-        EXPECT_EQ(grown.false_negatives, 0);
+        EXPECT_EQ(grown.extra, others);
+        EXPECT_EQ(grown.missing, 0);
         EXPECT_EQ(grown.worst_point, 0.0) << left.size();
         const AnswerDifference shrunk = compare_answers(many, few, nanometre);
-        EXPECT_EQ(shrunk.false_negatives, others);
-        EXPECT_EQ(shrunk.false_positives, 0);
+        EXPECT_EQ(shrunk.missing, others);
+        EXPECT_EQ(shrunk.extra, 0);
         EXPECT_EQ(shrunk.worst_point, 0.0) << left.size();
     }
 }
@@ -202,8 +202,8 @@ TEST(BaselineComparison, BeyondTenThousandChoicesTheContactsOfAPairGoByTheirOrde
         }
         const AnswerDifference found = compare_answers(before, after, nanometre);
         EXPECT_EQ(found.compared, count);
-        EXPECT_EQ(found.false_negatives, 0);
-        EXPECT_EQ(found.false_positives, 0);
+        EXPECT_EQ(found.missing, 0);
+        EXPECT_EQ(found.extra, 0);
         EXPECT_NEAR(found.worst_point, worst, 1e-9);
     }
 }
@@ -276,7 +276,7 @@ TEST(BaselineTruth, AContactThatSaysApartIsNoUntruePair) {
     EXPECT_EQ(found.figures(), (TruthFigures{.ticks = 1, .pairs = 2, .reported = 2}))
         << "but it finds a pair that meets";
     Contact without_depth = contact_at(2, 5, Contact::unset);
-    EXPECT_EQ(scene.compare({without_depth}).figures().false_positives, 1);
+    EXPECT_EQ(scene.compare({without_depth}).figures().extra, 1);
 }
 
 TEST(BaselineTruth, NoWorseMeansNoLargerPartMissedOrUntrueAndNoLessSearchedAt) {

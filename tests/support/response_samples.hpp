@@ -1,4 +1,4 @@
-// Two triangles that meet, as bodies of any kind, with the canonical contact written by hand: the input of one
+// Two triangles that meet, as bodies of any kind, with the intersection contact written by hand: the input of one
 // triangle pair's response without any detector.
 #pragma once
 
