@@ -143,7 +143,7 @@ struct Method {
     std::string contacts;
     std::string stepper = {};  ///< as RunSpec::stepper
     auto operator<=>(const Method&) const = default;
-    /// "ohc + penalty (canonical)", and " by implicit" where the stepper is not the default one
+    /// "ohc + penalty (intersection)", and " by implicit" where the stepper is not the default one
     [[nodiscard]] std::string label() const;
 };
 

@@ -11,7 +11,7 @@
 namespace trocar {
 
 struct FigureChange {
-    std::string run;  ///< "closed_loop i2t_poke: ohc + penalty (canonical)"
+    std::string run;  ///< "closed_loop i2t_poke: ohc + penalty (intersection)"
     std::string figure;
     std::string before;
     std::string after;
