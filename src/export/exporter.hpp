@@ -1,5 +1,5 @@
-// Played frames as files of other programs: ParaView's XML, glTF 2.0, OBJ. All that is written lies in one folder that
-// is there as a whole or not at all.
+// Played frames as files of other programs: ParaView's XML, glTF 2.0, OBJ. The output is one folder, which appears
+// complete or not at all.
 #pragma once
 
 #include <cstdint>
@@ -15,10 +15,10 @@ namespace trocar {
 
 enum class ExportFormat : std::uint8_t { paraview, gltf, obj };
 
-/// Most morph targets of a glTF animation; with the first frame, which is the mesh itself, one more frame than that.
+/// Largest number of morph targets of a glTF animation. The first frame is the mesh itself and adds one frame.
 inline constexpr std::int64_t most_morph_targets = 64;
 
-/// Most frames that a format takes; 0: any number.
+/// Largest number of frames of a format; 0: any number.
 constexpr std::int64_t most_frames(ExportFormat format) {
     return format == ExportFormat::gltf ? most_morph_targets + 1 : 0;
 }
@@ -32,9 +32,9 @@ public:
     Exporter& operator=(Exporter&&) = delete;
     virtual ~Exporter() = default;
 
-    /// In any order of ticks, every tick once. Throws InputError when the disk refuses.
+    /// In any order of ticks, every tick once. Throws InputError on a write error.
     virtual void add(const PlayedFrame& frame) = 0;
-    /// After the last frame; at least one was added.
+    /// Call after the last frame; at least one was added.
     virtual void finish() = 0;
 };
 
@@ -42,10 +42,10 @@ public:
 std::unique_ptr<Exporter> make_exporter(ExportFormat format, const Topology& topology, const std::string& name,
                                         const std::filesystem::path& folder);
 
-/// A folder under another name until keep(): what is not kept is removed again.
+/// Folder under a temporary name until keep(); the destructor removes a folder that is not kept.
 class UnfinishedFolder {
 public:
-    /// Throws InputError unless `target` is missing or an empty folder, and when the disk refuses.
+    /// Throws InputError unless `target` is missing or an empty folder, and on a write error.
     explicit UnfinishedFolder(std::filesystem::path target);
     ~UnfinishedFolder();
     UnfinishedFolder(const UnfinishedFolder&) = delete;
@@ -53,7 +53,7 @@ public:
     UnfinishedFolder(UnfinishedFolder&&) = delete;
     UnfinishedFolder& operator=(UnfinishedFolder&&) = delete;
     [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-    /// Gives it its name.
+    /// Renames the folder to `target`.
     void keep();
 
 private:

@@ -7,12 +7,11 @@
 
 namespace trocar {
 
-/// NAME.pvd, and per tick NAME_bodies_TICK.vtp and NAME_contacts_TICK.vtp. Doubles in SI units, world frame. Bodies:
-/// at the vertices `depth` (m), `strain` (1), `displacement` (m) and `body` as PlayedFrame has them, all bodies'
-/// triangles, `body` once more on these; as field data the names of the bodies, and of every instrument its body and
-/// the force (N) and moment about its tip (N m) on it. Contacts: a vertex each with `normal`, `force` (N on `body`),
-/// `depth` (m), `kind`, `body` and `other` (-1: not reported); what is not reported is 0, and `force_reported` says
-/// which forces are; as field data the names of kinds and bodies.
+/// NAME.pvd, and per tick NAME_bodies_TICK.vtp and NAME_contacts_TICK.vtp. Doubles in SI units, world frame.
+/// - Bodies: all triangles with `body`; at vertices `depth` (m), `strain` (1), `displacement` (m) and `body` as in
+///   PlayedFrame. Field data: body names, and for every instrument its body, force (N) and moment about its tip (N m).
+/// - Contacts: one vertex each with `normal`, `force` (N on `body`), `depth` (m), `kind`, `body` and `other` (-1:
+///   unknown). Unknown values are 0; `force_reported` marks known forces. Field data: names of kinds and bodies.
 std::unique_ptr<Exporter> paraview_exporter(const Topology& topology, const std::string& name,
                                             const std::filesystem::path& folder);
 

@@ -1,5 +1,5 @@
-// One body as truth sees it: the points of it that are judged, and the questions that are asked of its surface on the
-// current frame. What is dear to build (the trees for rays and for distances) is built when first asked for.
+// Surface of one body for truth: sample points, and geometric queries on the current frame. The trees for rays and
+// distances are built at first use.
 #pragma once
 
 #include <array>
@@ -11,14 +11,14 @@
 
 namespace trocar {
 
-/// A directed edge of a surface's boundary chain: edges that the triangles on both sides cancel do not appear.
+/// Directed edge of a surface's boundary chain. Edges whose adjacent triangles cancel do not appear.
 struct RimEdge {
     Index from = -1;
     Index to = -1;
     int count = 0;  ///< net number of times that triangles run along it
 };
 
-/// A point that rides on a triangle.
+/// Point at fixed weights on a triangle.
 struct AreaSample {
     Index triangle = -1;
     Vector3 weights = Vector3::Zero();  ///< barycentric
@@ -26,11 +26,11 @@ struct AreaSample {
 
 class BodySurface {
 public:
-    /// The samples are all vertices of the body, then `area_samples` points evenly by area, as it is at `now`. The
-    /// matrices (3×N, m) are the caller's: `now` of the current frame, `before` of the one before. All outlive this.
+    /// The samples are all vertices of the body, then `area_samples` points spread evenly by area on `now`. `now` and
+    /// `before`: 3×N, m, the current and the previous frame, owned by the caller. All outlive this.
     BodySurface(const Topology& topology, Index body, const Matrix3X& now, const Matrix3X& before, Index area_samples);
 
-    /// To be called when the matrices have changed.
+    /// Call after the matrices have changed.
     void follow();
 
     [[nodiscard]] const BodyRange& range() const { return *range_; }
@@ -40,7 +40,7 @@ public:
     [[nodiscard]] double area_weight() const { return area_weight_; }  ///< m² that one area sample stands for
     [[nodiscard]] Vector3 point(std::size_t sample) const { return point(sample, *now_); }
     [[nodiscard]] Vector3 point_before(std::size_t sample) const { return point(sample, *before_); }
-    /// Vertex numbers, both ways, sorted.
+    /// Vertex numbers, both directions of each edge, sorted.
     [[nodiscard]] const std::vector<std::array<Index, 2>>& edges() const { return edges_; }
     [[nodiscard]] const Topology& topology() const { return *topology_; }
     [[nodiscard]] const Matrix3X& now() const { return *now_; }
@@ -48,9 +48,9 @@ public:
 
     [[nodiscard]] const Box& box() const { return box_; }      ///< of the vertices on the current frame
     [[nodiscard]] const Box& swept() const { return swept_; }  ///< the same together with the frame before
-    /// Of an open sheet; empty for a watertight surface.
+    /// Boundary of an open sheet; empty for a watertight surface.
     [[nodiscard]] const std::vector<RimEdge>& rim() const { return rim_; }
-    /// Those that have moved since the frame before.
+    /// Rim edges that have moved since the frame before.
     [[nodiscard]] const std::vector<RimEdge>& moved_rim() const { return moved_rim_; }
 
     [[nodiscard]] const RayTree& rays();

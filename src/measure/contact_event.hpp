@@ -1,5 +1,5 @@
-// A contact of two bodies as a stretch of time, from truth, and when a detector noticed it. Ticks are only its ruler:
-// an event may begin and end between two frames, which is what a detector that examines frames alone misses.
+// Contact of two bodies as an interval of time, from truth, and the time of its detection. Times are continuous: an
+// event may begin and end between two frames.
 #pragma once
 
 #include <limits>
@@ -8,8 +8,8 @@
 
 namespace trocar {
 
-/// From the first touch of two bodies' surfaces to the moment they are apart again. Contact that is lost and found
-/// again within one tick counts as lasting.
+/// From the first touch of two bodies' surfaces until they separate. Contact that is lost and found again within one
+/// tick counts as lasting.
 struct ContactEvent {
     static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     Index body_a = -1;

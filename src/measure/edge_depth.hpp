@@ -1,5 +1,5 @@
-// How deep the edges of one body pass through a closed other one. Vertices and points spread over an area miss what a
-// rim or a fold has inside a thin tool between them.
+// Depth of the edges of one body inside a closed one. Samples at vertices and over an area do not cover a rim or a fold
+// inside a thin tool.
 #pragma once
 
 #include <array>
@@ -17,11 +17,11 @@ struct EdgeDepth {
     std::int64_t stretches = 0;  ///< parts of edges inside, each counted once
 };
 
-/// Cuts the edges (vertex numbers; of pairs that stand there both ways the rising one) where they pass through the
-/// closed surface in `rays`, and looks along each part that is inside for its deepest point: at seven points, then
-/// around the deepest of them by halved steps, 1/512 of the part at last. Whether a point is inside is decided exactly
-/// (winding number); where the edge is cut only guides the search, so that rounding there loses no more than a part
-/// shorter than rounding. `distance` says how far a point is from the surface, m.
+/// Cuts the edges at the closed surface in `rays` and searches each inner part for its deepest point. The search
+/// evaluates seven points, then halves its step around the deepest one down to 1/512 of the part. The winding number
+/// decides exactly whether a point is inside. The cuts only guide the search, so that their rounding loses at most a
+/// part of that length. `edges`: vertex numbers; of both directions of an edge the ascending one counts. `distance`:
+/// distance of a point to the surface, m.
 EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::span<const std::array<Index, 2>> edges,
                      const RayTree& rays, const std::function<double(const Vector3&)>& distance);
 

@@ -1,4 +1,4 @@
-// Where a number comes from: machine, build and source state. A number without its origin is not published.
+// Origin of a number: machine, build and source state.
 #pragma once
 
 #include <map>
@@ -7,8 +7,8 @@
 namespace trocar {
 
 /// "cpu", "cores", "governor", "kernel", "load", "compiler", "flags", "build_type", "assertions", "sanitizers",
-/// "allocations_counted", "version", "commit", "dirty". Facts of the build are those of this library's own build;
-/// what cannot be found out is "unknown". "dirty" is "yes", "no" or "unknown".
+/// "allocations_counted", "version", "commit", "dirty". Facts of the build are those of this library's own build. Facts
+/// that cannot be found are "unknown"; "dirty" is "yes", "no" or "unknown".
 std::map<std::string, std::string> environment();
 
 }  // namespace trocar

@@ -1,4 +1,4 @@
-// Contact force between bodies that do not touch: the honest second side of residual penetration.
+// Contact force between bodies that do not touch: the counterpart of residual penetration.
 #pragma once
 
 #include <functional>
@@ -12,8 +12,8 @@
 
 namespace trocar {
 
-/// Follows the forces of body pairs beside the clearance between them. Forces that pull by design (grasps) and dampers
-/// do not count. The distance of two surfaces is that of their triangles (geometry/triangle_distance).
+/// Records the forces of body pairs together with their clearance. Forces that pull by design (grasps) and dampers do
+/// not count. Clearance is the distance of triangles (geometry/triangle_distance).
 class ForceWithoutTouch {
 public:
     /// `counted`: one flag per Topology::body_pairs entry. The topology outlives the object.
@@ -21,13 +21,13 @@ public:
 
     /// m, an upper bound of the clearance of two bodies on the frame of the call, 0 where one is inside the other.
     using Bound = std::function<double(Index body_a, Index body_b)>;
-    /// After every tick: the frame after it, its effect, and what its contacts gave.
+    /// Call after every tick with the frame after it, its effect and its contact forces.
     void observe(const Frame& after, const ResponseOutput& output, std::span<const ContactForce> loads,
                  const Bound& bound);
 
-    /// m: per pair the largest, over ticks with more than 1 % of the pair's peak force, of the smaller of the
-    /// clearances at the tick's start and end; the largest over pairs. NaN without such a tick, and where a response
-    /// output has forces that no contact carries, so that pairs cannot be distinguished.
+    /// m, largest clearance over pairs and ticks with more than 1 % of the pair's peak force. A tick's clearance is the
+    /// smaller of those at its start and end. NaN without such a tick. NaN too where a response output has forces that
+    /// no contact carries, since they belong to no pair.
     [[nodiscard]] double largest() const;
 
 private:
@@ -41,7 +41,7 @@ private:
             std::numeric_limits<double>::infinity();  ///< m, bound at the end of the last tick; infinite: none
         double force = 0.0;                           ///< N, in this tick
         double peak = 0.0;                            ///< N
-        std::vector<Sample> samples;                  ///< none has less force and less clearance than another
+        std::vector<Sample> samples;                  ///< none has both less force and less clearance than another
     };
     [[nodiscard]] Index pair_of(const ContactForceLaw& contact) const;
     [[nodiscard]] double clearance(const Frame& frame, Index pair, double bound);

@@ -1,5 +1,5 @@
-// The figures of a run's summary: name, unit, meaning, which way is better, and how they follow from the rows. One
-// list, so that a figure is explained the same way wherever it is printed.
+// Figures of a run's summary: name, unit, meaning, direction of improvement, and computation from the rows. One list
+// serves every output, so that a figure has one explanation.
 #pragma once
 
 #include <cstdint>
@@ -22,11 +22,11 @@ struct SummaryFigure {
     std::string unit;  ///< SI or "ns", "1" for a pure number
     Better better = Better::neither;
     std::string meaning;
-    std::string source;  ///< what it is taken from: "clock", "pair truth", "geometry after the tick" …
+    std::string source;  ///< origin: "clock", "pair truth", "geometry after the tick" …
 };
 
-/// Every key that Record::summary may hold, in the order in which they are printed. Report, results.csv, `run --json`
-/// and `trocar schema figures` print from this list; there is no other.
+/// Every key that Record::summary may hold, in printing order. Report, results.csv, `run --json` and `trocar schema
+/// figures` print from this list alone.
 const std::vector<SummaryFigure>& summary_figures();
 
 /// Throws std::logic_error for an unknown name.
@@ -37,18 +37,18 @@ std::string header_of(const SummaryFigure& figure);
 
 inline constexpr double clear_depth = 1.0e-4;        ///< m; a depth up to this counts as cleared
 inline constexpr double settle_time = 0.2;           ///< s after the last key of the motion
-inline constexpr double force_cutoff_hz = 30.0;      ///< a hand moves below, a jitter lies above
+inline constexpr double force_cutoff_hz = 30.0;      ///< voluntary motion is below, jitter above
 inline constexpr double haptic_deadline_ns = 1.0e6;  ///< ns, 1 kHz
 
-/// What the rows do not report about their run.
+/// Facts about a run that its rows do not hold.
 struct SummaryContext {
     /// Time of a tick in a "replay" is update + detect; in every other kind of run it is all stages present.
     std::string_view mode = "closed_loop";
     double motion_end = std::numeric_limits<double>::quiet_NaN();  ///< s, last key of any body's motion
 };
 
-/// Figures of a run from its rows alone; a figure that does not apply is NaN ("n/a"). The first warm_up_ticks rows stay
-/// out of the time figures and the allocation counts, and of nothing else.
+/// Figures of a run from its rows alone; a figure that does not apply is NaN ("n/a"). The first warm_up_ticks rows are
+/// left out of time figures and allocation counts only.
 std::map<std::string, double> summarize(const std::vector<StepRow>& rows, const SummaryContext& context = {});
 /// Figures about contacts between frames, from the events; NaN without any event.
 std::map<std::string, double> summarize(const std::vector<ContactEvent>& events);
@@ -56,9 +56,9 @@ std::map<std::string, double> summarize(const std::vector<ContactEvent>& events)
 /// Time of one tick as the summary counts it, ns: update + detect in a replay, else every stage that is present.
 std::int64_t tick_ns(const StepRow& row, bool replay);
 
-/// Part of a signal that lies above `cutoff` Hz: its root mean square, and its share of the signal's energy after the
-/// straight line through first and last sample is taken off (by Parseval's sum over the slow Fourier terms). NaN for
-/// fewer than two samples. `dt`: s between samples.
+/// Part of a signal above `cutoff` Hz, by Parseval's sum over the slow Fourier terms: root mean square, and fraction of
+/// the signal's energy. The straight line through first and last sample is removed first. NaN for fewer than two
+/// samples. `dt`: s between samples.
 struct FastPart {
     double rms = std::numeric_limits<double>::quiet_NaN();
     double share = std::numeric_limits<double>::quiet_NaN();

@@ -1,5 +1,5 @@
-// The independent answer about pairs: exact pair sets from the frame alone, and how a reported set differs from them.
-// Never reads derive, a contact set (except as the thing judged) or a method's state.
+// Independent truth about pairs: exact pair sets from the frame alone, and the errors of a reported set. It never reads
+// derive, a contact set (except the judged one) or a method's state.
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@
 namespace trocar {
 
 /// All intersecting pairs of the topology's body pairs by exact predicates (oracle of geometry/exact), sorted.
-/// Triangles with a non-finite corner are left out: what a method owes on such a frame is the outcome not_finite.
+/// Triangles with a non-finite corner are left out; a method ends such a frame with not_finite.
 void true_pairs(const Topology& topology, const Frame& frame, std::vector<TrianglePair>& pairs);
 
-/// All pairs of the topology's body pairs that do not meet (same oracle) and are at most `query_distance` (m) apart,
-/// sorted. Candidates of its own; the distance is that of geometry/triangle_distance, which every detector decides
-/// with.
+/// All pairs of the topology's body pairs that do not intersect (same oracle) and are at most `query_distance` (m)
+/// apart, sorted. It has its own candidates; the distance is that of geometry/triangle_distance, which every detector
+/// uses.
 void true_near_pairs(const Topology& topology, const Frame& frame, double query_distance,
                      std::vector<TrianglePair>& pairs);
 
@@ -24,10 +24,9 @@ void true_near_pairs(const Topology& topology, const Frame& frame, double query_
 /// class.
 std::vector<Index> touching_pairs(const Topology& topology, const Frame& frame, const std::vector<TrianglePair>& pairs);
 
-/// How a reported set differs from the true one.
 struct PairErrors {
-    std::int64_t false_negatives = 0;        ///< true pairs that were not reported
-    std::int64_t false_positives = 0;        ///< reported pairs that are not true
+    std::int64_t false_negatives = 0;        ///< false negatives
+    std::int64_t false_positives = 0;        ///< false positives
     std::int64_t false_negatives_touch = 0;  ///< those of `false_negatives` that only touch
 };
 /// `reported` in any order, repeats count once; `truth` sorted; `truth_touch` = positions in `truth` that only touch.

@@ -1,18 +1,19 @@
-// Whether a body has been led through another where no tissue lies between the two (instrument and instrument,
-// instrument and bone): the truth about what a script or a strong hand does to bodies that cannot give way. It examines
-// the motion alone, so it is the same for every response, and no run says nothing about it.
+// Truth about the passage of one body through another where no tissue lies between them (instrument and instrument,
+// instrument and bone). A script or a strong operator can force it on bodies that do not yield. It reads the motion
+// alone, so that it is the same for every response.
 //
-// Samples are the vertices of one body and points on its edges, no farther apart than the other body's volume over its
-// surface (half the thickness of a plate, half the radius of a shaft; open sheets: their mean edge). Each is followed
-// in the other body's frame, from tick to tick in a straight line, and its signed crossings of the surface are counted.
-// * Closed: a sample has passed through when it went in by one triangle and came out by another whose outward normal is
-//   at least 120 degrees from the first one's, and on its way was at least 0.8 times as deep as the body's inside is
-//   anywhere, or 0.4 times as deep as its way in and its way out are apart (a spike of a large bone). What is pressed
-//   in comes out where it went in; what slides along a surface or cuts a corner comes out beside it or was only
+// Samples are the vertices of one body and points on its edges. Their spacing is at most the other body's volume over
+// its surface (half the thickness of a plate, half the radius of a shaft); for open sheets, their mean edge. Each
+// sample moves in a straight line per tick in the other body's frame, and its signed crossings of the surface are
+// counted.
+// * Closed: a sample has passed through when it enters by one triangle and leaves by another whose outward normal
+//   differs by at least 120 degrees. Its depth in between must be at least 0.8 times the body's largest inner depth.
+//   Else 0.4 times the distance from entry to exit is enough (a spike of a large bone). A sample that is only pressed
+//   in leaves where it entered. A sample that slides along a surface or cuts a corner leaves beside its entry or stays
 //   shallow.
-// * Open: when the two surfaces are apart again and a sample is on the other side.
-// Both bodies of a pair are examined as the other's samples. A passage is counted once, at the tick at which the first
-// sample is through; the same two bodies can make another one only after all samples have been out.
+// * Open: a sample has passed through when the surfaces are apart again and it is on the other side.
+// Each body of a pair provides samples for the other. A passage counts once, at the tick of its first sample. The pair
+// can pass again only after all samples have been outside.
 #pragma once
 
 #include <cstdint>
@@ -30,8 +31,8 @@ public:
     /// Starts at the scene's first frame. The scene outlives the object.
     explicit PassageTruth(const Scene& scene);
 
-    /// To be reported every frame after a step, in order. Returns how many passages were completed since the one
-    /// before; -1: the scene has no two bodies to ask about.
+    /// Call with every frame after a step, in order. Returns the number of passages completed since the last call; -1:
+    /// the scene has no pair to examine.
     std::int64_t follow(const Frame& frame);
 
 private:
@@ -43,9 +44,9 @@ private:
     };
     struct Target {
         Box box;                  ///< in the body's frame
-        double jaw = 1.0;         ///< opening that shape, box and trees belong to
-        double thickness = 0.0;   ///< m, volume / surface, the spacing of others' samples; open: the mean edge
-        double half_width = 0.0;  ///< m, closed: how deep a point inside can be
+        double jaw = 1.0;         ///< jaw opening of shape, box and trees
+        double thickness = 0.0;   ///< m, volume / surface, spacing of the other body's samples; open: mean edge
+        double half_width = 0.0;  ///< m, closed: largest depth of a point inside
         RayTree rays;
         SurfaceDistance distance;
         Matrix3X normal;  ///< 3×(triangles of the body), unit outward, body frame; 0 without area
@@ -57,18 +58,18 @@ private:
         std::vector<Sample> samples;
         Matrix3X at;                  ///< 3×samples, m, frame of `into`
         std::vector<int> depth;       ///< per sample: surfaces entered less surfaces left
-        std::vector<Index> entered;   ///< per sample: triangle by which it went in; -1: began inside, or is outside
-        Matrix3X entry;               ///< 3×samples, m: where it went in
-        std::vector<double> deepest;  ///< per sample, m: largest distance to the surface seen since
+        std::vector<Index> entered;   ///< per sample: triangle of entry; -1: started inside, or is outside
+        Matrix3X entry;               ///< 3×samples, m: point of entry
+        std::vector<double> deepest;  ///< per sample, m: largest distance to the surface since entry
         bool up_to_date = false;      ///< `at` belongs to the frame before
         bool any_inside = false;
     };
     struct Pair {
         std::vector<Direction> directions;
-        bool counted = false;  ///< the passage that goes on has been
+        bool counted = false;  ///< the current passage is counted
     };
     struct Hit {
-        double part;  ///< of the way
+        double part;  ///< fraction of the motion in the tick
         Index triangle;
         int step;  ///< +1 in, -1 out
     };
@@ -80,10 +81,10 @@ private:
     [[nodiscard]] double half_width_of(Index body) const;
     void add_samples(Direction& direction) const;
     void sample_places(const Direction& direction, const Matrix3X& position, const Pose& into, Matrix3X& at) const;
-    /// True when a sample has come out at the other side.
+    /// True when a sample has passed through.
     bool follow(const Frame& frame, Direction& direction);
     bool follow_sample(std::size_t sample, const Vector3& to, Direction& direction);
-    /// Takes note of how deep a sample is on a stretch of its way.
+    /// Updates the `deepest` of a sample on one part of its path.
     void deepen(std::size_t sample, const Vector3& from, const Vector3& to, Direction& direction) const;
     [[nodiscard]] bool surfaces_apart(const Frame& frame, const Direction& direction);
 

@@ -1,5 +1,5 @@
-// The same world reported differently: triangles, vertices or bodies in another order. What a method answers must not
-// depend on it; the contract tests and the determinism metamorphic test both report worlds anew with this.
+// Permutes triangles, vertices or bodies of a scene, for metamorphic tests: answers of a method must not depend on
+// their order.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace trocar {
 
-/// A world in another order, and the way back.
+/// A permuted world and the mapping to the original.
 struct Permutation {
     Topology topology;
     std::vector<Index> vertex;    ///< old number of every vertex
@@ -19,31 +19,30 @@ struct Permutation {
     std::vector<Index> body;      ///< old number of every body
 
     [[nodiscard]] Frame permuted(const Frame& frame) const;
-    /// Pairs of the world reported anew in the numbers of the original, smaller number first, sorted.
+    /// Pairs of the permuted world in original numbers, smaller number first, sorted.
     [[nodiscard]] std::vector<TrianglePair> original(const std::vector<TrianglePair>& pairs) const;
 };
 
 enum class Shuffle : std::uint8_t { triangles, triangles_and_vertices };
 
-/// Triangles (and vertices) of each body in a random order, corners turned cyclically by `seed`.
+/// Permutes triangles (and vertices) of each body at random and rotates the corners by `seed`.
 Permutation shuffled(const Topology& topology, std::uint32_t seed, Shuffle what);
 
-/// The bodies in `order` (old numbers, each at most once; bodies that are left out are gone).
+/// Orders the bodies by `order` (old numbers, each at most once); bodies not listed are removed.
 Permutation with_bodies_in_order(const Topology& topology, const std::vector<Index>& order);
 
-/// The whole scene in the order of the permutation. Kinds of bodies must still be sorted and vertices of one body in
-/// their own order, since a scene promises both.
+/// Permutes the whole scene. Bodies must stay sorted by kind and vertices in their order within a body, since a scene
+/// guarantees both.
 Scene permuted(const Scene& scene, const Permutation& permutation);
 
-/// Every length as a file in millimetres would bring it: times 1000, rounded, times 0.001, rounded.
+/// Rounds every length as a file in millimetres does: times 1000, rounded, times 0.001, rounded.
 Scene through_millimetres(const Scene& scene);
 
-/// The whole scene shifted.
 Scene moved(const Scene& scene, const Vector3& by);
 
-/// Coordinates rounded to multiples of 2^-30 m: on it, a shift by a few metres and a factor of 1000 are exact.
+/// Rounds coordinates to multiples of 2^-30 m, so that a shift by a few metres and a factor of 1000 are exact.
 Frame on_grid(const Frame& frame);
-/// position * factor + by, with `previous` put there as well and no velocity.
+/// position * factor + by; `previous` equals `position` and the velocity is 0.
 Frame placed(const Frame& frame, double factor, const Vector3& by);
 
 }  // namespace trocar

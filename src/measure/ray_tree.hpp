@@ -1,6 +1,5 @@
-// The triangles of one body in a tree of boxes, so that truth finds those over a point or along a segment without
-// examining all of them. Its memory is that of the triangles, however long and thin they are. Shared with no
-// method.
+// Bounding-box tree over the triangles of one body, for truth: finds those above a point or along a segment. Its memory
+// is proportional to their number, however long and thin they are. No method uses it.
 #pragma once
 
 #include <algorithm>
@@ -12,7 +11,7 @@
 
 namespace trocar {
 
-/// What questions have cost, for tests of how that grows.
+/// Cost of queries, for tests of its growth.
 struct RayWork {
     std::int64_t nodes = 0;
     std::int64_t triangles = 0;
@@ -21,34 +20,33 @@ struct RayWork {
 
 class RayTree {
 public:
-    /// Orders the triangles of the range once, by their places in this frame, and stands at it. What was prepared
-    /// before is replaced. Without `counts_crossings` only visit_along may be asked.
+    /// Builds the tree for the triangles of the range at `position`, in place of an earlier one. Without
+    /// `counts_crossings` only visit_along may be called.
     void prepare(const Triangles& triangles, Range range, const Matrix3X& position, bool counts_crossings = true);
-    /// Follows moved vertices.
+    /// Adapts the boxes to moved vertices.
     void refit(const Triangles& triangles, const Matrix3X& position);
 
-    /// Signed crossings of the upward ray from p with the surface. Exact. Of triangles that all lie above p only the
-    /// rim of what they make together is examined, where that is shorter: seen from p their signed crossings are the
-    /// number of times that the rim goes round (Jacobson, Kavan and Sorkine-Hornung 2013, by their tree).
+    /// Signed crossings of the upward ray from p with the surface. Exact. A subtree that lies entirely above p is
+    /// evaluated by its rim, where that is shorter. The winding number of the rim seen from p is the subtree's number
+    /// of signed crossings (Jacobson, Kavan and Sorkine-Hornung 2013, by their tree).
     [[nodiscard]] int crossings(const Triangles& triangles, const Matrix3X& position, const Vector3& p,
                                 RayWork* work = nullptr) const;
 
-    /// Of the triangles.
     [[nodiscard]] const Box& box() const { return box_; }
 
     /// Calls act(triangle) once for every triangle that the segment from p to q meets or passes within 1e-9 of the
-    /// size of the whole, and for some others.
+    /// overall size. Some other triangles are visited too.
     template <typename Act>
     void visit_along(const Vector3& p, const Vector3& q, const Act& act, RayWork* work = nullptr) const {
         visit(Way::between(p, q, *this), 3, act, work);
     }
-    /// The same with everything seen from above.
+    /// The same in the projection onto the xy plane.
     template <typename Act>
     void visit_along_from_above(const Vector3& p, const Vector3& q, const Act& act) const {
         visit(Way::between(p, q, *this), 2, act, nullptr);
     }
 
-    /// Numbers that are held, for tests of how memory grows.
+    /// Stored elements, for tests of the growth of memory.
     [[nodiscard]] std::size_t node_count() const { return nodes_.size(); }
     [[nodiscard]] std::size_t rim_edge_count() const { return rim_edges_.size(); }
 
@@ -56,39 +54,39 @@ private:
     struct Node {
         Box box;
         Index first = 0;       ///< into order_
-        Index count = 0;       ///< triangles of it and of all below
+        Index count = 0;       ///< triangles of the subtree
         Index second = -1;     ///< right child; the left one follows its parent; -1: a leaf
         Index rim_first = -1;  ///< into rim_edges_; -1: the rim is not kept
         Index rim_count = 0;
         Index slanted = -1;  ///< into slanted_
     };
-    /// A directed edge of the boundary chain of a node's triangles.
+    /// Directed edge of the boundary chain of a subtree.
     struct NetEdge {
         Index from = -1;
         Index to = -1;
         int count = 0;  ///< net number of times that triangles run along it
     };
-    /// A box along its own axes around a node that is long and thin, and so may be much smaller than its box.
+    /// Oriented bounding box of a long thin node, which may be much smaller than its axis-aligned box.
     struct Slanted {
         Index node = -1;
         std::array<Index, 3> vertex{-1, -1, -1};  ///< the first two lie along it, the third is farthest from their line
-        Matrix3 axes = Matrix3::Zero();           ///< rows; a zero row bounds nothing
-        Vector3 low = Vector3::Zero();            ///< from middle_
+        Matrix3 axes = Matrix3::Zero();           ///< unit rows; a zero row is unbounded
+        Vector3 low = Vector3::Zero();            ///< relative to middle_
         Vector3 high = Vector3::Zero();
     };
-    /// A straight way from a point on, relative to middle_.
+    /// Straight segment from a point, relative to middle_.
     struct Way {
         Vector3 from;
         Vector3 along;
-        double end;     ///< of the parameter that runs from 0
-        double margin;  ///< m, far above what rounding may do
+        double end;     ///< of the parameter, which starts at 0
+        double margin;  ///< m, far above rounding
         static Way between(const Vector3& p, const Vector3& q, const RayTree& tree) {
             return {p - tree.middle_, q - p, 1.0, tree.margin_at(p) + tree.margin_at(q)};
         }
     };
 
     [[nodiscard]] double margin_at(const Vector3& p) const { return 2e-9 * size_ + 1e-12 * (p - middle_).norm(); }
-    /// The part of the way that is left between two planes; false where none is.
+    /// Clips the segment to the slab between two planes; false where nothing is left.
     static bool clip(double from, double along, double low, double high, double& begin, double& end) {
         if (along == 0.0) return low <= from && from <= high;
         const double one = (low - from) / along;
@@ -128,8 +126,8 @@ private:
             for (Index i = node.first; i < node.first + node.count; ++i) act(order_[static_cast<std::size_t>(i)]);
         }
     }
-    /// Nodes still to be examined. A tree over 2^31 triangles is at most 31 deep, and each level leaves at most one
-    /// sibling waiting.
+    /// Stack of nodes to visit. A tree over 2^31 triangles is at most 31 deep, and each level leaves at most one
+    /// sibling on it.
     class Waiting {
     public:
         [[nodiscard]] bool empty() const { return count_ == 0; }

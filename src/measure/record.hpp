@@ -1,5 +1,5 @@
-// One run as a report reads it: what was run, on what, every tick, and how it ended. Written as one JSON line; a report
-// reads records only, so any table can be rebuilt byte for byte.
+// One run as a report reads it: specification, environment, every tick and outcome. It is stored as one JSON line. A
+// report reads records only, so that any table can be rebuilt byte for byte.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@
 
 namespace trocar {
 
-/// What one run is: everything that decides its result, and thus the key it is stored under.
+/// Everything that determines the result of a run, and thus the key under which it is stored.
 struct RunSpec {
     std::string study;
     std::string mode;        ///< "replay" | "closed_loop" | "triangle_pair" | "work_precision" | "ablation" | "paced" |
@@ -34,14 +34,14 @@ struct RunSpec {
     std::int64_t ticks = 0;
     /// Truth (pairs and depth) is computed on every n-th tick, since it costs more than any method; 0 = never.
     std::int64_t truth_stride = 1;
-    /// Of the judged ticks, every n-th is judged in detail too: near pairs, depth errors of contacts, overlap of closed
-    /// bodies. Nothing is ranked by these, and they cost more than the rest.
+    /// Every n-th judged tick is judged in detail too: proximity pairs, depth errors of contacts, overlap of closed
+    /// bodies. These figures rank nothing and cost more than the rest.
     std::int64_t detail_stride = 1;
-    /// The space-time oracle follows every tick: contacts that begin between frames, and events.
+    /// Runs the space-time oracle on every tick: contacts that begin between frames, and events.
     bool between_ticks = false;
-    /// Changes to the scene, "KEY=VALUE,…" as simulate/overrides.hpp reads them; empty: as the file says.
+    /// Changes to the scene, "KEY=VALUE,…" as simulate/overrides.hpp reads them; empty: none.
     std::string overrides = {};
-    /// Of a work-precision or ablation run: the knob or switch that is turned, and where it stands.
+    /// Work-precision or ablation run: the parameter or switch that varies, and its value.
     std::string knob = {};
     std::string point = {};
 };
@@ -51,16 +51,16 @@ struct Record {
     std::map<std::string, std::string>
         environment;  ///< commit, dirty, compiler, flags, cpu, kernel, library versions …
     Outcome outcome;
-    std::string frames_hash;                ///< replay: hash over all frames the detector saw
+    std::string frames_hash;                ///< replay: hash over all frames of the detector
     std::string state_hash;                 ///< closed loop: hash of the last frame
     std::map<std::string, double> summary;  ///< figures by the names of metrics.hpp; NaN = n/a
     std::vector<ContactEvent> events;       ///< in order of beginning; empty unless spec.between_ticks
     std::vector<StepRow> rows;
 };
 
-/// One JSON line without a newline; non-finite numbers are null (NaN again when read). Numbers are written with as few
-/// digits as bring back the same bits. Rows are stored column by column; a column that is unset throughout is left out,
-/// one that is constant, counts up, or is set on every k-th tick only is stored in that short form.
+/// One JSON line without a newline; non-finite numbers are null (NaN again when read). Numbers have the fewest digits
+/// that restore the same bits. Rows are stored by column, and unset columns are left out. Columns that are constant,
+/// count up, or are set on every k-th tick only have a short form.
 std::string to_json_line(const Record& record);
 /// Throws InputError with file and line number.
 Record record_from_json_line(const std::string& line, const std::string& file, std::int64_t line_number);

@@ -1,6 +1,6 @@
-// Truth about what happens between two frames: which pairs of triangles begin to touch on the way, and from when to
-// when two bodies are in contact. A detector that only examines frames is blind to what comes and goes between them;
-// this is what it is held against. Candidates from boxes that hold both frames, decisions by the integer oracle.
+// Truth between two frames: which triangle pairs begin to touch within the tick, and when two bodies are in contact. A
+// discrete detector misses contacts that begin and end between frames. Candidates come from boxes over both frames; the
+// integer oracle decides.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,10 @@ struct BodyPairTick {
     bool at_start = false;  ///< the surfaces meet at the frame before
     bool at_end = false;    ///< they meet at this frame
     bool on_the_way = false;
-    double first = std::numeric_limits<double>::quiet_NaN();  ///< part of the tick: contact begins; when not at_start
-    double last = std::numeric_limits<double>::quiet_NaN();   ///< part of the tick: contact ends; when not at_end
+    double first =
+        std::numeric_limits<double>::quiet_NaN();  ///< fraction of the tick at which contact begins, unless at_start
+    double last =
+        std::numeric_limits<double>::quiet_NaN();  ///< fraction of the tick at which contact ends, unless at_end
 };
 
 class SpaceTimeTruth {
@@ -29,11 +31,11 @@ public:
     /// The topology outlives the object.
     explicit SpaceTimeTruth(const Topology& topology) : topology_(&topology) {}
 
-    /// The tick from frame.previous to frame.position, every vertex on a straight line. False, and nothing is known,
-    /// when one of the two is not finite.
+    /// Examines the tick from frame.previous to frame.position, every vertex on a straight line. Returns false, without
+    /// results, when one of the two is not finite.
     bool measure(const Frame& frame);
 
-    /// Pairs that are apart at the frame before and meet on the way, sorted. The kind is left unset.
+    /// Pairs that are apart at the frame before and meet within the tick, sorted. The kind is unset.
     [[nodiscard]] const std::vector<SweptContact>& beginnings() const { return beginnings_; }
     /// One per Topology::body_pairs entry.
     [[nodiscard]] const std::vector<BodyPairTick>& body_pairs() const { return body_pairs_; }
@@ -53,13 +55,13 @@ private:
 /// bodies.
 void judge_swept(const Topology& topology, const SpaceTimeTruth& truth, const ContactSet& contacts, StepRow& row);
 
-/// Puts ticks together to events.
+/// Joins ticks into events.
 class ContactEvents {
 public:
     /// The topology outlives the object.
     explicit ContactEvents(const Topology& topology);
 
-    /// One tick: truth about it and what the detector reported at its end. dt: s.
+    /// Adds one tick: its truth and the contacts that the detector reported at its end. dt: s.
     void follow(const Frame& frame, double dt, const SpaceTimeTruth& truth, const ContactSet& contacts);
     [[nodiscard]] const std::vector<ContactEvent>& events() const { return events_; }
 
@@ -67,7 +69,7 @@ private:
     const Topology* topology_;
     std::vector<ContactEvent> events_;    ///< in order of beginning
     std::vector<std::ptrdiff_t> open_;    ///< per body pair: position in events_, -1 = apart
-    std::vector<std::uint8_t> reported_;  ///< per body pair, of this tick
+    std::vector<std::uint8_t> reported_;  ///< per body pair: reported in this tick
 };
 
 }  // namespace trocar

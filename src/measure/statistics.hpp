@@ -1,5 +1,5 @@
-// The few statistics that reports use, with the rules that keep them honest: a tail quantile needs enough ticks, an
-// interval comes from a seeded bootstrap over processes and blocks of ticks. NaN values are left out everywhere.
+// Statistics of reports. A tail quantile needs enough ticks; an interval comes from a seeded bootstrap over processes
+// and blocks of ticks. NaN values are left out everywhere.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ std::int64_t smallest_count(double q);
 /// As quantile, but nothing ("n too small") below smallest_count(q).
 std::optional<double> tail_quantile(const std::vector<double>& values, double q);
 
-/// Of positive values; NaN for none or when one is not positive.
+/// Positive values only; NaN for none or when one is not positive.
 double geometric_mean(const std::vector<double>& values);
 
 struct Bounds {
@@ -33,7 +33,7 @@ struct Bounds {
     double high = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Smallest and largest value; NaN for none. What is printed instead of an interval for fewer than 10 processes.
+/// Smallest and largest value; NaN for none. Printed instead of an interval for fewer than 10 processes.
 Bounds range_of(const std::vector<double>& values);
 
 using Statistic = std::function<double(std::vector<double>)>;
@@ -45,18 +45,17 @@ Bounds bootstrap(const std::vector<double>& values, const Statistic& statistic, 
 /// Correlation of neighbouring values; 0 for a constant series and fewer than three values.
 double lag_one_correlation(const std::vector<double>& series);
 
-/// How many neighbours are resampled together so that their dependence is kept: the best length for the variance of a
-/// mean of `count` values of a first-order autoregressive series (Politis and White 2004, circular blocks, with G and D
-/// in closed form), from 1 to count / 4.
+/// Length of resampled blocks: optimal for the variance of a mean of `count` values of a first-order autoregressive
+/// series. Method of Politis and White 2004, circular blocks, with G and D in closed form; from 1 to count / 4.
 std::int64_t block_length(std::int64_t count, double lag_one);
 
 /// One number for each resample and each process drawn in it.
 using Resamples = std::vector<std::vector<double>>;
 
-/// Quantiles over the ticks of every process, resampled. Ticks are one factor that all processes share, processes the
-/// other: each resample draws processes, and circular blocks of ticks that are the same for all of them (Owen 2007;
-/// Politis and Romano 1992). Calls with the same seed, block and sizes draw alike, so that two methods are paired
-/// tick by tick. One Resamples per quantile; empty when the processes have unequal numbers of ticks or none.
+/// Quantiles over the ticks of every process, resampled in two factors. Each resample draws processes, and circular
+/// blocks of ticks that are the same for all of them (Owen 2007; Politis and Romano 1992). Calls with the same seed,
+/// block and sizes draw alike, so that two methods are paired tick by tick. One Resamples per quantile; empty when the
+/// processes have unequal numbers of ticks or none.
 std::vector<Resamples> resampled_quantiles(const std::vector<std::vector<double>>& processes,
                                            const std::vector<double>& quantiles, std::int64_t block, std::uint64_t seed,
                                            int resamples = 1000);
@@ -64,8 +63,8 @@ std::vector<Resamples> resampled_quantiles(const std::vector<std::vector<double>
 /// 95 % interval of the median over processes; NaN for no resample or where a number is NaN.
 Bounds bounds_of_median(const Resamples& resamples);
 
-/// 95 % interval of the ratio statistic(a) / statistic(b); ticks of the same frame are resampled together, so a and b
-/// must have as many processes and ticks.
+/// 95 % interval of the ratio statistic(a) / statistic(b). Ticks of the same frame are resampled together, so that a
+/// and b must have as many processes and ticks.
 Bounds bootstrap_ratio(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b,
                        const Statistic& statistic, std::int64_t block, std::uint64_t seed, int resamples = 1000);
 

@@ -1,4 +1,4 @@
-// One tick as plain data: what stage times, counts and geometry said. Rows are appended to a reserved vector.
+// One tick as plain data: stage times, counts and geometric truth. Rows are appended to a reserved vector.
 #pragma once
 
 #include <array>
@@ -21,39 +21,38 @@ struct StepRow {
     double time = 0.0;                                                       ///< s
     std::array<std::int64_t, stage_count> stage_ns{-1, -1, -1, -1, -1, -1};  ///< -1: stage not present in this run
     double query_distance =
-        std::numeric_limits<double>::quiet_NaN();  ///< m, within which the detector was asked; 0: meeting pairs
+        std::numeric_limits<double>::quiet_NaN();  ///< m, query distance of the detector; 0: intersecting pairs
     std::int64_t pairs = 0;
     std::int64_t contacts_offered = 0;  ///< by the contact generator
-    std::int64_t contacts_used = 0;     ///< of these: with a part in the output
+    std::int64_t contacts_used = 0;     ///< of these: used by the output
     std::int64_t native_contacts = 0;
-    std::int64_t true_pairs = -1;             ///< -1: truth not computed on this tick
-    std::int64_t true_touch = -1;             ///< of `true_pairs`: pairs that only touch
-    std::int64_t false_negatives = -1;        ///< true pairs not reported
-    std::int64_t false_positives = -1;        ///< reported pairs that are not true
-    std::int64_t false_negatives_touch = -1;  ///< of `false_negatives`: pairs that only touch
-    std::int64_t true_proximity_pairs =
-        -1;  ///< pairs that do not meet, within `query_distance`; -1: not asked for, or not computed
-    std::int64_t proximity_false_negatives = -1;  ///< of these: not brought
-    std::int64_t swept = 0;                       ///< contacts that the detector says begin since the frame before
-    std::int64_t true_swept = -1;                 ///< pairs that do (space_time.hpp); -1: not computed
-    std::int64_t swept_false_negatives = -1;  ///< of these: reported neither as swept contact nor as pair of this frame
-    std::int64_t swept_false_positives = -1;  ///< reported and not true
+    std::int64_t true_pairs = -1;                 ///< -1: truth not computed on this tick
+    std::int64_t true_touch = -1;                 ///< of `true_pairs`: pairs that only touch
+    std::int64_t false_negatives = -1;            ///< false negatives
+    std::int64_t false_positives = -1;            ///< false positives
+    std::int64_t false_negatives_touch = -1;      ///< of `false_negatives`: pairs that only touch
+    std::int64_t true_proximity_pairs = -1;       ///< disjoint pairs within `query_distance`; -1: not computed
+    std::int64_t proximity_false_negatives = -1;  ///< of these: not reported
+    std::int64_t swept = 0;                       ///< reported contacts that begin since the frame before
+    std::int64_t true_swept = -1;                 ///< pairs that begin to touch (space_time.hpp); -1: not computed
+    std::int64_t swept_false_negatives = -1;      ///< of these: reported neither as swept contact nor as pair
+    std::int64_t swept_false_positives = -1;      ///< swept contacts that are false positives
     double swept_time_error =
-        std::numeric_limits<double>::quiet_NaN();  ///< part of a tick, worst error of a reported time of first contact
-    double residual_penetration =
-        std::numeric_limits<double>::quiet_NaN();  ///< m, truth's, on the frame after the step
+        std::numeric_limits<double>::quiet_NaN();  ///< fraction of a tick, largest error of a reported first contact
+    double residual_penetration = std::numeric_limits<double>::quiet_NaN();  ///< m, by truth, after the step
     double residual_penetration_mean =
         std::numeric_limits<double>::quiet_NaN();  ///< m, area mean over penetrating samples, after the step
     double depth_error =
-        std::numeric_limits<double>::quiet_NaN();  ///< m, worst |contact depth - true depth| on the frame detect saw
+        std::numeric_limits<double>::quiet_NaN();  ///< m, largest |contact depth - true depth| on the frame of detect
     double native_depth_error =
         std::numeric_limits<double>::quiet_NaN();  ///< m, the same of the library's own contacts
     std::int64_t wrong_side = -1;                  ///< DepthTruth::Result, after the step; -1: not computed
     std::int64_t wrong_side_vertices = -1;         ///< of these, vertices of bodies
-    std::int64_t side_undecided = -1;              ///< samples whose side truth leaves open, after the step
+    std::int64_t side_undecided = -1;              ///< samples of undecided side, after the step
     double overlap_volume = std::numeric_limits<double>::quiet_NaN();   ///< m³, of closed bodies, after the step
-    double min_translation = std::numeric_limits<double>::quiet_NaN();  ///< m, longest over pairs of closed bodies
-    double overshoot = std::numeric_limits<double>::quiet_NaN();  ///< m, gap that no script opened, soon after a depth
+    double min_translation = std::numeric_limits<double>::quiet_NaN();  ///< m, largest over pairs of closed bodies
+    double overshoot =
+        std::numeric_limits<double>::quiet_NaN();  ///< m, gap soon after a penetration, opened by no script
     double strain_over = std::numeric_limits<double>::quiet_NaN();  ///< 1, edge strain above the limit, after the step
     Vector3 tool_force =
         Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< N, on the first instrument with a motion,
@@ -61,12 +60,12 @@ struct StepRow {
     Vector3 tool_moment =
         Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< N m, of the same load about the tip
     Vector3 tip_force = Vector3::Constant(
-        std::numeric_limits<double>::quiet_NaN());  ///< N, shown at the tip by the response's rule, no limiter
+        std::numeric_limits<double>::quiet_NaN());  ///< N, at the tip by the device's rule, before its limiters
     Vector3 device_force =
-        Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< N, the same after the response's limiters
+        Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< N, the same after the device's limiters
     double roll_torque = std::numeric_limits<double>::quiet_NaN();    ///< N m, about the shaft; NaN without a trocar
-    bool saturated = false;                                           ///< device_force was cut to the device's largest
-    double max_strain = std::numeric_limits<double>::quiet_NaN();     ///< 1
+    bool saturated = false;  ///< device_force is clamped to the device's largest force
+    double max_strain = std::numeric_limits<double>::quiet_NaN();  ///< 1
     std::int64_t ruptures = 0;
     std::int64_t detached = 0;                              ///< grasped vertices that slipped
     std::int64_t grasped = 0;                               ///< vertices held by a grasp
@@ -75,7 +74,7 @@ struct StepRow {
     std::int64_t limited_edges = 0;                         ///< edges that the strain limiter acted on
     std::int64_t allocations = -1;  ///< heap allocations inside timed stages; -1: not counted in this build
     WorkCounters work;
-    std::int64_t passed_through = -1;  ///< passages completed in this tick (passage.hpp); -1: no bodies to ask about
+    std::int64_t passed_through = -1;  ///< passages completed in this tick (passage.hpp); -1: no pair to examine
     bool truncated = false;
     OutcomeKind outcome = OutcomeKind::ok;
 

@@ -1,5 +1,5 @@
-// Distance of a point to the nearest point of a triangle surface: brute force over triangles, pruned by a tree of boxes
-// of its own, so that truth shares no acceleration structure with a method.
+// Distance of a point to a triangle surface: exhaustive search, pruned by its own box tree. Truth thus shares no
+// acceleration structure with a method.
 #pragma once
 
 #include <vector>
@@ -13,9 +13,9 @@ double squared_distance_to_triangle(const Vector3& a, const Vector3& b, const Ve
 
 class SurfaceDistance {
 public:
-    /// Orders the triangles of the range once, by their places in this frame.
+    /// Builds the tree for the triangles of the range at `position`.
     void prepare(const Triangles& triangles, Range range, const Matrix3X& position);
-    /// Follows moved vertices.
+    /// Adapts the boxes to moved vertices.
     void refit(const Triangles& triangles, const Matrix3X& position);
     /// Distance of p to the surface as last refitted, m; infinite for an empty surface.
     [[nodiscard]] double distance(const Triangles& triangles, const Matrix3X& position, const Vector3& p) const;

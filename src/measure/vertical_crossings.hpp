@@ -1,5 +1,5 @@
-// Exact counting along the upward ray of a point: which triangles it crosses, and what an edge contributes that passes
-// over it. The basis of every inside/outside decision of truth.
+// Exact crossings of the upward ray from a point: with triangles, and by edges that pass over the point. Every
+// inside/outside decision of truth is based on them.
 #pragma once
 
 #include "geometry/types.hpp"
@@ -10,25 +10,25 @@ inline bool apart_seen_from_above(const Box& a, const Box& b) {
     return a.max.x() < b.min.x() || a.min.x() > b.max.x() || a.max.y() < b.min.y() || a.min.y() > b.max.y();
 }
 
-/// No upward ray that starts in `points` meets what is in `surface`.
+/// True where no upward ray that starts in `points` meets `surface`.
 inline bool rays_miss(const Box& points, const Box& surface) {
     return apart_seen_from_above(points, surface) || points.min.z() > surface.max.z();
 }
 
-/// Signed crossing of the ray from p in direction +z with triangle a, b, c: +1 where the triangle is counter-clockwise
-/// seen from above, −1 where it is clockwise, 0 where the ray misses it. Exact; p is thought moved by the
-/// infinitesimal step (e³, e², e), so that a ray through shared edges and corners still counts each surface once.
+/// Signed crossing of the ray from p in direction +z with triangle a, b, c. +1: counter-clockwise seen from above; −1:
+/// clockwise; 0: the ray misses it. Exact. p is shifted by the infinitesimal step (e³, e², e), so that a ray through
+/// shared edges and corners counts each surface once.
 int upward_crossing(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p);
 
-/// How the directed edge u→v, seen from above, passes the line from p along +x: +1 when it goes from the right of that
-/// line to its left, −1 the other way, 0 when it does not meet it. Summed over a closed chain this is the number of
-/// times that the chain goes round p, and so the sum of upward_crossing over triangles above p that the chain bounds.
-/// Exact; same thought step.
+/// Signed passage of the directed edge u→v over the line from p along +x, seen from above. +1: from the right of that
+/// line to its left; −1: the reverse; 0: no passage. The sum over a closed chain is its winding number about that
+/// point. It equals the sum of upward_crossing over triangles above p that the chain bounds. Exact; the same
+/// infinitesimal step.
 int passing_to_the_right(const Vector3& u, const Vector3& v, const Vector3& p);
 
-/// Signed change of the upward ray's crossings that the directed edge u→v makes while the point moves from p to q in a
-/// straight line: +1 when the ray passes the edge from its right to its left (seen from above), −1 the other way, 0
-/// when it does not meet the edge. Same thought step as upward_crossing.
+/// Signed change of the upward ray's crossings by the directed edge u→v while the point moves straight from p to q. +1:
+/// the ray passes the edge from its right to its left, seen from above; −1: the reverse; 0: no passage. The same
+/// infinitesimal step as upward_crossing.
 int edge_passage(const Vector3& u, const Vector3& v, const Vector3& p, const Vector3& q);
 
 }  // namespace trocar

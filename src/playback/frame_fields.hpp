@@ -11,11 +11,11 @@ namespace trocar {
 
 class FrameFields {
 public:
-    /// Springs as the scene has them. The topology outlives the object.
+    /// `springs`: those of the scene. The topology outlives the object.
     FrameFields(const Topology& topology, const Frame& first, const std::vector<Spring>& springs);
 
-    /// Fills tick, time, hash, position, displacement, depth and strain. To be fed every frame, in order: on which side
-    /// of an open sheet something is follows from how it came there.
+    /// Fills tick, time, hash, position, displacement, depth and strain. Call with every frame, in order: the side of
+    /// an open sheet depends on the motion.
     void fill(const Frame& frame, PlayedFrame& played);
 
 private:

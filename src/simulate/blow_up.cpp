@@ -11,7 +11,7 @@
 namespace trocar {
 namespace {
 
-/// What a tissue body can carry: see BlowUp, (c).
+/// N, static force that a tissue body can carry: (c) of BlowUp.
 double carried_by(const Scene& scene, const BodyRange& body) {
     const Materials& materials = scene.materials;
     const double strain = std::clamp(materials.strain_limit, 1.0, BlowUp::most_strain);
@@ -26,7 +26,7 @@ double carried_by(const Scene& scene, const BodyRange& body) {
     return area > 0.0 ? 2.0 * tension / std::sqrt(area) : 0.0;
 }
 
-/// m, of the deepest contact; 0 where none reports a depth.
+/// m, depth of the deepest contact; 0 without a depth.
 double deepest_of(const ContactSet& contacts) {
     double deepest = 0.0;
     for (const Contact& contact : contacts.contacts)

@@ -1,5 +1,5 @@
-// When a run has blown up by its contacts, though every number in it is finite: the same rule for every method, from
-// trajectories, masses and the forces reported.
+// Detects a run that contact has made unstable although every number in it is finite. The rule reads trajectories,
+// masses and contact forces, and is the same for every method.
 #pragma once
 
 #include <span>
@@ -14,6 +14,7 @@
 namespace trocar {
 
 /// A tick of tissue is `unstable` where one of these holds (METHODS §4):
+<<<<<<< HEAD
 /// (a) for `energy_ticks` ticks in a row the tissue has, above its start and with no damper counted, more energy than
 ///     (1 + work_factor) × the absolute work of scripts and operators so far + `spare_energy` + what a start in contact may
 ///     give back: the largest force of (c) over the deepest contact of the first tick;
@@ -23,13 +24,25 @@ namespace trocar {
 /// (c) a tool shows more force from tissue than all of it can carry: 2 Σ (k s L + T) L / √A over the springs of each
 ///     tissue body (mean membrane tension at the strain s, across a cut of 4 √A), s = its strain limit within [1, 3],
 ///     plus its mass brought to the fastest led vertex' speed within the tick.
+=======
+/// - (a) Energy: for `energy_ticks` ticks in a row the gain of kinetic and elastic energy exceeds (1 + work_factor) ×
+///   absolute work + `spare_energy` + start energy. The start energy is the static force of (c) times the deepest
+///   contact of the first tick.
+/// - (b) Strain: an edge is stretched beyond max(`most_strain`, the scene's limit) + path / max(its rest length, the
+///   mean rest length). The path is that of kinematic bodies since first contact with tissue, plus the first tick's
+///   depth. The mean length bounds the divisor because a short edge shares the tension of its neighbours.
+/// - (c) Force: tissue exerts more force on an instrument than all tissue can carry. Static part per tissue body: 2 Σ
+///   (k s L + T) L / √A over its springs, with the strain limit s clamped to [1, 3]. It is the mean membrane tension
+///   across a cut of length 4 √A, where A is the body's area. Dynamic part: the tissue mass times the acceleration to
+///   the fastest kinematic vertex' speed within one tick.
+>>>>>>> 45f5d4b2c92ec0d78339e6c27150ba3d4f6a3106
 class BlowUp {
 public:
     /// The scene outlives the object.
     explicit BlowUp(const Scene& scene);
 
-    /// One tick before its frame is taken over; the books have seen it. `reaction`: what tissue gave back per body, N.
-    /// Not ok: unstable, with cause and figures. Allocates nothing while it is ok.
+    /// Judges one tick before its frame replaces the last one; `audit` has observed it already. `reaction`: N, force of
+    /// tissue on each body. Returns ok, or `unstable` with cause and figures. Allocates nothing while ok.
     Outcome judge(const Frame& seen, const Frame& after, const ContactSet& contacts, const ResponseOutput& output,
                   std::span<const ContactForce> loads, std::span<const Wrench> reaction,
                   const EnergyMomentumAudit& audit);
@@ -49,13 +62,13 @@ private:
     const Scene* scene_;
     std::vector<Range> driven_;
     double mean_rest_ = 0.0;   ///< m
-    double most_force_ = 0.0;  ///< N, at rest
+    double most_force_ = 0.0;  ///< N, static part of bound (c)
     double mass_ = 0.0;        ///< kg, of tissue
     bool started_ = false;
     bool touched_ = false;
     double first_depth_ = 0.0;  ///< m
-    double path_ = 0.0;         ///< m, of led bodies since tissue was touched
-    double move_ = 0.0;         ///< m, of led bodies in this tick
+    double path_ = 0.0;         ///< m, path of kinematic bodies since first contact with tissue
+    double move_ = 0.0;         ///< m, largest displacement of a kinematic vertex in this tick
     int rich_ticks_ = 0;
 };
 

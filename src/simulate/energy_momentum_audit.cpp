@@ -9,12 +9,12 @@
 namespace trocar {
 namespace {
 
-/// Velocity in the middle of a tick of the parabola from `first` to `last` that goes `path` in it.
+/// Velocity at mid-tick of the parabola from `first` to `last` with displacement `path` in the tick.
 Vector3 middle_of(const Vector3& first, const Vector3& last, const Vector3& path, double dt) {
     return 0.25 * (6.0 / dt * path - first - last);
 }
 
-/// Way of that parabola in the first half of the tick.
+/// Displacement of that parabola in the first half of the tick.
 Vector3 first_half(const Vector3& first, const Vector3& middle, const Vector3& last, double dt) {
     return dt / 24.0 * (5.0 * first + 8.0 * middle - last);
 }
@@ -61,7 +61,7 @@ double EnergyMomentumAudit::tissue_energy(const Matrix3X& position, const Matrix
     return energy;
 }
 
-/// N, what all springs, dampers, drag and bias do to what moves.
+/// N, sum of spring, damper, drag and bias forces on the moving vertices.
 Vector3 EnergyMomentumAudit::inner_force(const Matrix3X& position, const Matrix3X& velocity) {
     internal_force(scene_->materials, position, velocity, force_);
     Vector3 sum = Vector3::Zero();
@@ -71,8 +71,8 @@ Vector3 EnergyMomentumAudit::inner_force(const Matrix3X& position, const Matrix3
     return sum;
 }
 
-/// Puts the output's position corrections into the start of the tick; J, work of those that hold, which are scripts'
-/// own doing.
+/// Applies the output's position corrections to the start of the tick. Returns the work of held position corrections,
+/// J, which scripts do.
 double EnergyMomentumAudit::place(const ResponseOutput& output) {
     if (output.position_corrections.empty()) return 0.0;
     double held_work = 0.0;
@@ -128,7 +128,7 @@ void EnergyMomentumAudit::observe_tissue(const Frame& seen, const Frame& after, 
     double moved = std::abs(position_correction_work) + std::abs(taken);
     Vector3 given = Vector3::Zero();
     double impulses = 0.0;
-    // Of a force (N, mean over the tick) on weighted vertices: momentum goes to `given`, the work is returned.
+    // Adds the impulse of a force (N, mean over the tick) on weighted vertices to `given`. Returns its work, J.
     const auto push = [&](const Vector3& force, const std::array<Index, 3>& vertices,
                           const std::array<double, 3>& weights) {
         Vector3 path = Vector3::Zero();
@@ -200,8 +200,8 @@ void EnergyMomentumAudit::observe_operator(std::size_t number, const DrivenOpera
                      impulse.norm() + dt * coupling.load.force.norm());
 }
 
-/// Work of scripts and hands on what presses on their bodies: force times the way of the world's origin as a point of
-/// the body plus moment times its turn. Scripts' steps of a tick lie before the frame that detect saw, hands' after it.
+/// Adds the work of scripts and operators against the contact loads of their bodies. It is force · displacement of the
+/// body-fixed point at the world origin + moment · rotation. Scripts move a body before detect, operators after it.
 void EnergyMomentumAudit::observe_tools(const Frame& seen, const Frame& after, std::span<const Wrench> body_load) {
     const Topology& topology = scene_->topology;
     if (pose_before_.empty() || seen.pose.size() != pose_before_.size()) return;

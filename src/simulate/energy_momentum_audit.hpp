@@ -1,5 +1,5 @@
-// EnergyMomentumAudit of a run, tick by tick: where the energy and the momentum of tissue and hands came from and where
-// they went, from trajectories, masses and the forces reported. What the books do not account for is a figure.
+// Energy and momentum audit: compares the change of stored energy with the work of all forces, per tick. It reads
+// trajectories, masses and contact forces.
 #pragma once
 
 #include <map>
@@ -13,45 +13,55 @@
 
 namespace trocar {
 
-/// Tissue: gain of motion and springs = work of contacts, position corrections and held forces - what dampers and drag
-/// took. Momentum: gain = impulses of contacts and held forces + what springs, dampers and drag to pinned vertices,
-/// drag and rest bias gave. Hands: gain of motion = work of their springs and dampers + work of the load.
+/// Tissue energy: gain of kinetic and elastic energy = work of contacts, position corrections and held forces − losses
+/// in dampers and drag. Tissue momentum: gain = impulse of contacts, held forces, drag and rest bias + impulse of
+/// springs and dampers to pinned vertices. Operators: gain of kinetic energy = work of virtual coupling and damping +
+/// work of the load.
 ///
-/// Within a tick velocities are taken as the parabola with the tick's ends and way (integrals by Simpson's rule); the
-/// work of contacts is what the stepper reported its sub-steps, else mean force times way. What that does not resolve,
-/// the integrator's own error and what stiff contacts lose in implicit steps is the remainder. It is summed with its
-/// sign, so that what comes back later is no error; its largest size is the figure. In a tick in which the strain
-/// limiter acted, what is lost beyond the rest is the limiter's; what is gained is an error.
+/// Within a tick each velocity is a parabola through its end values that covers the tick's displacement. Integrals use
+/// Simpson's rule. Contact work is ContactForce::work where the stepper gives it, else mean force times displacement.
+///
+/// The residual contains quadrature error, the integrator's own error and the losses of stiff contacts in implicit
+/// steps. It is summed with its sign, so that energy returned later is no error; the figure is the largest absolute
+/// sum. In a tick with an active strain limiter, a negative residual counts as the limiter's loss, a positive one as
+/// error.
 class EnergyMomentumAudit {
 public:
     /// The scene outlives the object.
     explicit EnergyMomentumAudit(const Scene& scene);
 
-    /// One tick that went well: the frame that detect saw, the one after the step, what acted (loads one per contact of
-    /// the output, one load per body), the hands after it, and whether the strain limiter acted. Allocates nothing.
+    /// Audits one tick with outcome ok. `seen` is the frame that detect read, `after` the frame after the step. `loads`
+    /// has one entry per contact of the output, `body_load` one per body. `operators` are the operators after the tick;
+    /// `limited`: the strain limiter acted. Allocates nothing.
     void observe(const Frame& seen, const Frame& after, const ResponseOutput& output,
                  std::span<const ContactForce> loads, std::span<const Wrench> body_load,
                  std::span<const DrivenOperator> operators, bool limited);
 
-    /// J, that tissue has more in motion and springs than at the start; what dampers took is not in it.
+    /// J, gain of kinetic and elastic energy of tissue since the start; damper losses are not added.
     [[nodiscard]] double tissue_gain() const { return energy_ - first_energy_; }
+<<<<<<< HEAD
     /// J, sum over the ticks of the absolute work that scripts and operators did on what contact pressed on their bodies
     /// and on what they held. Where jaws open or close, whose forces cancel, at most so much: all that contacts,
     /// position corrections and held forces gave in the tick.
+=======
+    /// J, sum over ticks of the absolute work of scripts and operators on contact loads and held position corrections.
+    /// Forces on moving jaws cancel; such a tick adds an upper bound, the absolute work of all contacts, position
+    /// corrections and held forces.
+>>>>>>> 45f5d4b2c92ec0d78339e6c27150ba3d4f6a3106
     [[nodiscard]] double absolute_work() const { return absolute_work_; }
 
-    /// The book_… figures; NaN where nothing is kept.
+    /// The book_… figures; NaN where nothing is audited.
     [[nodiscard]] std::map<std::string, double> figures() const;
 
 private:
-    /// Remainders and what they are a share of.
+    /// Signed residuals and the totals that scale them.
     struct Account {
-        double error = 0.0;                        ///< J, summed with its sign
-        double worst = 0.0;                        ///< J, largest size of that
-        double turnover = 0.0;                     ///< J, sizes of all that was booked
+        double error = 0.0;                        ///< J, signed sum
+        double worst = 0.0;                        ///< J, largest |error|
+        double turnover = 0.0;                     ///< J, sum of absolute work
         Vector3 momentum_error = Vector3::Zero();  ///< N s
         double momentum_worst = 0.0;
-        double impulse = 0.0;  ///< N s, sizes of all forces from outside
+        double impulse = 0.0;  ///< N s, sum of absolute external impulses
         void enter(double energy_remainder, double energy_moved, const Vector3& momentum_remainder, double impulses);
     };
 
@@ -65,8 +75,8 @@ private:
 
     const Scene* scene_;
     bool has_tissue_ = false;
-    std::vector<std::uint8_t> free_;   ///< per vertex: tissue that can move
-    std::vector<std::uint8_t> moves_;  ///< the same less what a position correction holds in the tick
+    std::vector<std::uint8_t> free_;   ///< per vertex: 1 for free tissue
+    std::vector<std::uint8_t> moves_;  ///< the same without vertices that a position correction holds in the tick
     Matrix3X start_, start_velocity_, middle_, middle_velocity_, force_;
     bool started_ = false;
     double first_energy_ = 0.0;
@@ -74,7 +84,7 @@ private:
     double dissipated_ = 0.0;
     double limited_ = 0.0;  ///< J
     double turned_ =
-        0.0;  ///< J, sizes of what contacts, position corrections and held forces gave tissue in the last tick
+        0.0;  ///< J, absolute work of contacts, position corrections and held forces on tissue in the last tick
     double absolute_work_ = 0.0;
     std::vector<OperatorState> operator_before_;
     std::vector<Pose> pose_before_;

@@ -66,7 +66,7 @@ private:
     std::vector<IndexPair> candidates_;
 };
 
-/// The plainest push that keeps bodies from passing through each other: a spring per triangle pair between the two
+/// Simplest response that keeps bodies from passing through each other: a spring per triangle pair between the two
 /// vertices of the contact.
 class DriverPush final : public Response {
 public:
@@ -91,7 +91,7 @@ public:
 private:
     static constexpr double stiffness = scene_frames_stiffness;
     static constexpr double damping = 2.0;      ///< N s/m
-    static constexpr double most_depth = 5e-3;  ///< m; a plane's depth can be far more than the true one
+    static constexpr double most_depth = 5e-3;  ///< m; a plane's depth can far exceed the true one
 
     static void push(const Frame& frame, const Contact& contact, Index pushed, Index other, double sign, Index reaction,
                      ResponseOutput& output) {
@@ -115,7 +115,7 @@ public:
     SceneFrames(const Scene& scene, std::int64_t ticks)
         : scene_(scene),
           ticks_(ticks),
-          // Unwatched: this push is nobody's result, it only brings detectors to contacts, and repeated scenes jolt it.
+          // Not watched: this response is no result, and repeated scenes load it abruptly.
           drive_(scene, neutral_pairs(), std::make_unique<DriverPush>(), registry().contact_generator("intersection"),
                  {.watched = false}) {}
     [[nodiscard]] const Topology& topology() const override { return scene_.topology; }

@@ -28,7 +28,7 @@ Record started(const RunSpec& spec) {
     return record;
 }
 
-/// What a detector says of one frame; what it throws is its outcome.
+/// Runs a new detector on one frame. An exception becomes the outcome `threw`.
 void ask(const RunSpec& spec, const MeshPair& question, bool native, ContactSet& contacts) {
     contacts.clear();
     contacts.native_wanted = native;

@@ -15,8 +15,8 @@ Judge::Judge(const Topology& topology, const Frame& first, std::span<const std::
       anything_yields_(std::any_of(yielding.begin(), yielding.end(), [](std::uint8_t flag) { return flag != 0; })),
       depth_(topology, first, yielding) {}
 
-/// Depth of the entering vertex where the contact names one; else, for contacts of libraries, of the deepest corner of
-/// its two triangles. NaN where the contact claims no depth.
+/// Depth of the entering vertex where the contact names one. For contacts of libraries, depth of the deepest corner of
+/// both triangles. NaN without a depth.
 double Judge::true_depth(const Contact& contact) const {
     constexpr double none = std::numeric_limits<double>::quiet_NaN();
     if (contact.a < 0 || contact.b < 0 || !std::isfinite(contact.depth)) return none;

@@ -1,5 +1,5 @@
-// Holds one tick against truth, outside every timed span: pairs and contacts on the frame that detect saw, what is left
-// over on the frame after the step.
+// Compares one tick with truth, outside every timed span. Pairs and contacts are judged on the frame that detect read,
+// residual penetration on the frame after the step.
 #pragma once
 
 #include <span>
@@ -15,16 +15,16 @@ namespace trocar {
 
 class Judge {
 public:
-    /// `yielding`: one flag per body pair, those that count for the residual penetration over. `materials`: of the
-    /// tissue, for its strain; null or without springs: none. Topology and materials outlive the judge.
+    /// `yielding`: one flag per body pair that counts for residual penetration. `materials`: of the tissue, for its
+    /// strain; null or without springs: none. Topology and materials outlive the judge.
     Judge(const Topology& topology, const Frame& first, std::span<const std::uint8_t> yielding,
           const Materials* materials = nullptr);
 
-    /// Fills the pair errors of the row; in detail also those of near pairs and the depth errors of contacts.
+    /// Fills the pair errors of the row; in detail also those of proximity pairs and the depth errors of contacts.
     void judge_detection(const Frame& seen, const ContactSet& contacts, StepRow& row, bool in_detail = true);
-    /// Fills what is left over: depth, wrong sides, overshoot, strain over the limit, in detail also the overlap;
-    /// leaves depths unset when no body pair yields. `scripted_path`: how far scripts alone have moved bodies since the
-    /// start, m, so that a gap which the script opened is no overshoot.
+    /// Fills depth, wrong sides, overshoot and strain over the limit; in detail also the overlap. Depths stay unset
+    /// when no body pair yields. `scripted_path`: m, path of scripted motion since the start; a gap that the script
+    /// opened is no overshoot.
     void judge_outcome(const Frame& after, StepRow& row, double scripted_path = 0.0, bool in_detail = true);
 
     /// DepthTruth::clearance of two bodies on the frame judged last.
@@ -33,7 +33,7 @@ public:
     /// Ticks after the last depth in which a gap counts as overshoot.
     static constexpr std::int64_t overshoot_window = 20;
 
-    /// Worst |depth - true depth| of contacts on the frame judged last, m; NaN when none claims a depth.
+    /// Largest |depth - true depth| of contacts on the frame judged last, m; NaN when none has a depth.
     [[nodiscard]] double worst_error(std::span<const Contact> contacts) const;
 
 private:
@@ -49,7 +49,7 @@ private:
     std::vector<TrianglePair> near_truth_;
     std::vector<Index> touches_;
     OverlapTruth overlap_;
-    std::int64_t last_depth_tick_ = -1;  ///< -1: nothing has been inside yet
+    std::int64_t last_depth_tick_ = -1;  ///< -1: none yet
     double last_depth_path_ = 0.0;
 };
 

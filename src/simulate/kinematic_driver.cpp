@@ -26,7 +26,7 @@ KinematicDriver::KinematicDriver(const Scene& scene) : scene_(&scene), last_pose
             shown_body_ = body;
         }
         if (!motion || motion->drive != Drive::simulated_operator) continue;
-        // Bodies of the same instrument hang together: one hand holds them all.
+        // All bodies of one instrument share one operator.
         Index coupling = -1;
         for (Index other = 0; other < body && !range.instrument.empty(); ++other) {
             if (topology.bodies[at(other)].instrument == range.instrument && operator_of_body_[at(other)] >= 0) {
@@ -53,7 +53,7 @@ void KinematicDriver::find_what_changes() {
             continue;
         }
         if (range.kind != BodyKind::tissue) continue;
-        if (scene_->materials.mass.empty()) {  // frames from elsewhere: nobody knows what is held
+        if (scene_->materials.mass.empty()) {  // frames from outside: pinned vertices are unknown
             free_tissue_.push_back(range.vertices);
             continue;
         }
@@ -114,7 +114,7 @@ void KinematicDriver::move(double time, const std::vector<Range>* tissue_moved, 
             last_pose_[at(body)] = pose;
             continue;
         }
-        // At rest: the tick before may have been its last moving one.
+        // At rest now; the body may have moved in the tick before.
         const Range v = range.vertices;
         frame.previous.middleCols(v.first, v.count) = frame.position.middleCols(v.first, v.count);
         frame.velocity.middleCols(v.first, v.count).setZero();
@@ -123,8 +123,7 @@ void KinematicDriver::move(double time, const std::vector<Range>* tissue_moved, 
 
 Wrench KinematicDriver::shown_load(const std::vector<Wrench>& load) const {
     if (shown_body_ < 0) return {};
-    if (operator_of_body_[at(shown_body_)] >= 0)
-        return load[at(shown_body_)];  // the hand's bodies share its load already
+    if (operator_of_body_[at(shown_body_)] >= 0) return load[at(shown_body_)];  // already the operator's total
     const std::vector<BodyRange>& bodies = scene_->topology.bodies;
     const std::string& instrument = bodies[at(shown_body_)].instrument;
     Wrench sum;
@@ -137,8 +136,8 @@ Wrench KinematicDriver::shown_load(const std::vector<Wrench>& load) const {
     return sum;
 }
 
-/// Contacts without tissue on bodies that scripts lead. Against a hand it is the mean of what the hand's steps gave;
-/// between scripts nothing integrates the contact: the load is that at the end of the tick.
+/// Contacts without tissue on scripted bodies. Against an operator, the force is the mean over the operator's
+/// sub-steps. Between two scripts nothing integrates the contact, so the force is that at the end of the tick.
 void KinematicDriver::press_scripted(const ResponseOutput& output, const Frame& frame, std::vector<Wrench>& load,
                                      std::span<ContactForce> contact_forces) const {
     const Topology& topology = scene_->topology;

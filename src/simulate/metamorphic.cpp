@@ -27,7 +27,7 @@ void put(Record& record, const std::string& name, const char* ending, double val
 
 // ------------------------------------------------------------------ detectors: sets of pairs
 
-/// What a fresh detector says on every frame.
+/// Answers of a new detector, one per frame.
 struct Answers {
     std::vector<Pairs> pairs;
     Outcome outcome;
@@ -54,7 +54,7 @@ Answers answers_of(const RunSpec& spec, const Topology& topology, const std::vec
     return answers;
 }
 
-/// Pairs that only one of two answers has; where a re-reporting made the method fail, all of them.
+/// Number of pairs that only one of two answers has. Frames after a failure count as empty.
 double differing(const Answers& ones, const Answers& others) {
     std::size_t count = 0;
     for (std::size_t f = 0; f < ones.pairs.size(); ++f) {
@@ -82,7 +82,7 @@ std::vector<Frame> placed_frames(const std::vector<Frame>& frames, double factor
     return result;
 }
 
-/// Every tested pair of bodies alone, reported in this order and the other way round.
+/// Sum over body pairs, each pair alone against its swapped order.
 double swapped_pairs_differ(const Scene& scene, const RunSpec& spec, const std::vector<Frame>& frames) {
     double sum = 0.0;
     for (const auto& [first, second] : scene.topology.body_pairs) {
@@ -142,7 +142,7 @@ void test_detector_permuted(const Scene& scene, const RunSpec& spec, Record& rec
 // ------------------------------------------------------------------ responses: motion and force of a closed loop
 
 struct Trace {
-    std::vector<Matrix3X> position;  ///< m, every few ticks
+    std::vector<Matrix3X> position;  ///< m, every position_stride ticks and at the end
     std::vector<Matrix3X> load;      ///< N, per tick: force on every body
     Outcome outcome;
 };
@@ -173,8 +173,8 @@ struct Distance {
     double force = 0.0;  ///< N
 };
 
-/// `vertex` and `body`: number in the first trace of every one in the second; empty: the same. A run that ends earlier
-/// than the other is infinitely far off.
+/// `vertex`, `body`: number in the first trace of each one in the second; empty: identity. Infinite when the runs end
+/// differently.
 Distance between(const Trace& one, const Trace& other, const Vector3& moved_by = Vector3::Zero(),
                  const std::vector<Index>& vertex = {}, const std::vector<Index>& body = {}) {
     if (one.outcome.kind != other.outcome.kind || one.position.size() != other.position.size()) {
@@ -198,7 +198,7 @@ Distance between(const Trace& one, const Trace& other, const Vector3& moved_by =
     return distance;
 }
 
-/// Bodies of one kind in the other order; empty where no kind has two.
+/// Body order reversed within each kind; empty where no kind has two.
 std::vector<Index> reversed_within_kinds(const Topology& topology) {
     std::vector<Index> order(topology.bodies.size());
     std::iota(order.begin(), order.end(), 0);
@@ -240,7 +240,7 @@ void test_response_permuted(const Scene& scene, const RunSpec& spec, Record& rec
         const Distance distance =
             between(once, trace_of(permuted(scene, bodies), spec), Vector3::Zero(), bodies.vertex, bodies.body);
         reported("bodies", distance);
-        // Pairs of one kind are the only ones whose order a scene leaves open.
+        // A scene sorts bodies by kind, so that only pairs of one kind can be swapped.
         const bool tested =
             std::any_of(scene.topology.body_pairs.begin(), scene.topology.body_pairs.end(), [&scene](const auto& pair) {
                 return scene.topology.bodies[static_cast<std::size_t>(pair[0])].kind ==

@@ -1,19 +1,19 @@
-// Determinism metamorphic test of one method on one scene, by real runs: the same question asked again and asked in
-// other words (order, origin, unit) must bring the same answer, and where it does not, how far off it is.
+// Metamorphic test of one method on one scene, by real runs: repetition, permutation, another origin and another unit
+// must not change the answer. Differences are figures.
 #pragma once
 
 #include "simulate/runs.hpp"
 
 namespace trocar {
 
-/// The re-tellings in the order of the report's columns; each is a figure "metamorphic_NAME_pairs" (detector: pairs
-/// that are in one answer only, summed over the frames) or "metamorphic_NAME_m" and "metamorphic_NAME_n" (response:
-/// largest distance of a vertex, largest difference of the load on an instrument, over the whole run). NaN: does not
-/// apply. What a fresh process answers is reported by comparing state_hash over the repetitions.
+/// Variants in the order of the report's columns; NaN: does not apply. Detector: "metamorphic_NAME_pairs", number of
+/// pairs that only one of both answers has, summed over frames. Response, over the whole run: "metamorphic_NAME_m",
+/// largest distance of a vertex, and "metamorphic_NAME_n", largest difference of the force on a body. state_hash
+/// compares processes over the repetitions.
 inline constexpr const char* metamorphic_names[] = {"twice", "triangles", "bodies", "swapped", "origin", "unit"};
 
-/// spec.response empty: spec.detector on about 20 frames of the scene's stream. Otherwise the closed loop. state_hash
-/// is a hash over all answers. Throws InputError for an unknown or absent method.
+/// With an empty spec.response: tests spec.detector on about 20 frames of the scene's stream. Otherwise tests the
+/// closed loop. state_hash covers all answers. Throws InputError for an unknown or absent method.
 Record run_metamorphic_test(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 }  // namespace trocar

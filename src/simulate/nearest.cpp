@@ -17,8 +17,7 @@ Corners corners_of(const Topology& topology, const Frame& frame, Index triangle)
 /// m; infinite for an empty box.
 double gap(const Box& a, const Box& b) { return std::sqrt(squared_gap(a, b)); }
 
-/// The triangles of a body, those with corners that are nowhere left out, that may be within `query_distance` of
-/// `other`.
+/// Triangles of a body that may be within `query_distance` of `other`. Triangles with a non-finite corner are left out.
 std::vector<Index> triangles_near(const Topology& topology, const Frame& frame, Index body, const Box& other,
                                   double query_distance) {
     std::vector<Index> near;

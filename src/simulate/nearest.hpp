@@ -1,5 +1,4 @@
-// Where two bodies came nearest: what a run without any contact has to report, since most often a body is not where its
-// author thinks it is.
+// Closest approach of two bodies. It is reported for runs without contact, where a body is often misplaced.
 #pragma once
 
 #include <cstdint>
@@ -10,17 +9,18 @@
 
 namespace trocar {
 
-/// The nearest that two bodies that may meet have been to each other.
+/// Smallest distance so far between two bodies that are tested against each other.
 struct NearestApproach {
     double distance = std::numeric_limits<double>::infinity();  ///< m between their surfaces
-    std::int64_t tick = -1;                                     ///< -1: no frame has been examined
+    std::int64_t tick = -1;                                     ///< -1: no frame yet
     Index body_a = 0;
     Index body_b = 0;
     Box box_a;  ///< m, of body_a in that frame
     Box box_b;
 
-    /// Takes the frame's nearest pair of triangles if it is nearer than all before. Precondition: none meet
-    /// (triangle_distance.hpp). Non-finite vertices count as nowhere. Cost falls with what was near before.
+    /// Takes the frame's closest pair of triangles if it is closer than all before. Precondition: no triangles
+    /// intersect (triangle_distance.hpp). Triangles with a non-finite vertex are skipped. Cost falls with the distance
+    /// found before.
     void observe(const Topology& topology, const Frame& frame);
 };
 

@@ -55,7 +55,7 @@ void apply_overrides(const std::string& overrides, Scene& scene) {
             scene.dt = value;
         } else if (name == "k") {
             for (ContactLaw& law : scene.materials.contact_laws) {
-                if (law.k == value) continue;  // what the file says already is no turn of the knob
+                if (law.k == value) continue;  // unchanged, so no override
                 law.k = value;
                 scene.turned_k = value;
             }

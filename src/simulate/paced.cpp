@@ -21,7 +21,7 @@ std::int64_t now_ns() {
 }
 
 void wait_until(std::int64_t release_ns) {
-    // A sleeper wakes some 50 µs late; the last stretch is waited awake.
+    // clock_nanosleep returns about 50 µs late, so the last stretch polls the clock.
     constexpr std::int64_t awake_ns = 100'000;
     const std::int64_t wake = release_ns - awake_ns;
     if (wake > now_ns()) {

@@ -1,5 +1,5 @@
-// How near two surfaces must be for a detector to report them: one number per tick, so that whatever may meet within
-// the tick, or met since the last one, is among its answers. No source needs to know how anything moves.
+// Query distance of a detector, one number per tick. It covers all features that may meet within the tick or have met
+// since the last one, so that contact generators need no motion data.
 #pragma once
 
 #include <span>
@@ -10,16 +10,16 @@ namespace trocar {
 
 class QueryDistance {
 public:
-    /// `margin`: of the smallest mean edge of the bodies that move, 1.
+    /// `margin`: 1, in units of the smallest mean edge of the bodies that move.
     QueryDistance(const Scene& scene, double margin);
-    /// For a frame whose led bodies have moved, m: the margin, the furthest that any vertex of the led bodies, and of
-    /// the tissue where it may have met another body, has come since the last frame, and what is deeper inside than its
-    /// pairs would report, rounded up to margin · 2ⁿ so that structures need not follow every tick. All three in m: no
-    /// vertex has gone further, nothing is deeper. Of the last two no more than two mean edges: what tissue goes beyond
-    /// that in a tick, faster than what leads it, has no neighbourhood left, and to ask for it would be to ask for
+    /// Query distance in m for a frame whose kinematic bodies have moved: margin + driven_move + min(tissue_move +
+    /// deep, driven_move + 2 mean edges). It is rounded up to margin · 2ⁿ, so that structures need not be rebuilt every
+    /// tick. `driven_move`, `tissue_move`: m, largest displacement since the last frame of a vertex of kinematic
+    /// bodies, and of tissue that may have met another body. `deep`: m, depth beyond what the pairs show. The cap
+    /// bounds the cost: tissue that moves farther in a tick has lost its neighbourhood, and the query would return
     /// every pair of triangles.
     [[nodiscard]] double of(double driven_move, double tissue_move, double deep) const;
-    /// True where of() has cut what these ask for: the tick is reported as truncated.
+    /// True where of() applies the cap; the tick is then reported as truncated.
     [[nodiscard]] bool is_cut(double driven_move, double tissue_move, double deep) const {
         return tissue_move + deep > driven_move + most();
     }
@@ -33,7 +33,7 @@ private:
     double margin_ = 0.0;  ///< m
 };
 
-/// m, furthest that a vertex of these ranges has come since the last frame.
+/// m, largest displacement of a vertex of these ranges since the last frame.
 double furthest_move(const Frame& frame, std::span<const Range> ranges);
 
 }  // namespace trocar

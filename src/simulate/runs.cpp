@@ -74,13 +74,13 @@ bool is_judged_in_detail(const RunSpec& spec, std::int64_t tick, std::int64_t ti
     return is_judged(spec, tick, ticks) && (tick / spec.truth_stride % spec.detail_stride == 0 || tick + 1 == ticks);
 }
 
-/// A tick whose list of pairs was cut is always judged, whatever the stride: what a limit took away counts as missed.
+/// A truncated tick is always judged, whatever the stride: pairs beyond a limit count as false negatives.
 bool is_cut(const RunSpec& spec, const StepRow& row) { return spec.truth_stride > 0 && row.truncated; }
 
-/// False when the user has had enough.
+/// False when the caller ends the run.
 bool go_on(const RunLimits& limits, std::int64_t done) { return !limits.progress || limits.progress(done); }
 
-/// Steps that are unstable for certain: the record says so, and unless that is asked for it is how the run ends.
+/// Records steps that are certainly unstable, and ends the run unless they are allowed.
 void note_unstable_step(const Scene& scene, const RunSpec& spec, const RunLimits& limits, Record& record) {
     const StepCheck check = check_step(scene, spec.stepper);
     record.summary["substeps"] = scene.has_tissue() ? check.tissue.substeps : check.substeps;
@@ -91,8 +91,8 @@ void note_unstable_step(const Scene& scene, const RunSpec& spec, const RunLimits
     if (!taken && record.outcome.ok()) record.outcome = {OutcomeKind::unstable, "not started: " + why};
 }
 
-/// Native contacts of a replay come from a detector of their own, outside the timed spans: the one that is timed is not
-/// charged for answers that nobody asked it for.
+/// Native contacts of a replay come from a second detector outside the timed spans, so that the timed one does not
+/// compute them.
 class NativeContacts {
 public:
     NativeContacts(const Scene& scene, const RunSpec& spec) {
@@ -101,7 +101,7 @@ public:
         try {
             detector_->prepare(scene.topology, scene.first);
         } catch (const std::exception&) {
-            detector_.reset();  // the timed one has failed in the same way and says so
+            detector_.reset();  // the timed detector reports the same failure
         }
     }
     void judge(const Frame& frame, const Judge& judge, StepRow& row) {
@@ -124,7 +124,7 @@ private:
     ContactSet contacts_;
 };
 
-/// Truth between the ticks and the events that it makes up, for runs that ask for it.
+/// Truth between frames and the resulting contact events, for runs with spec.between_ticks.
 class BetweenTicks {
 public:
     BetweenTicks(const Scene& scene, const RunSpec& spec)
@@ -136,7 +136,7 @@ public:
         judge_swept(scene_->topology, truth_, contacts, row);
         events_.follow(seen, scene_->dt, truth_, contacts);
     }
-    /// After the record's own summary.
+    /// Call after the record's own summary is set.
     void add_to(Record& record) const {
         if (!wanted_) return;
         record.events = events_.events();
@@ -150,8 +150,8 @@ private:
     ContactEvents events_;
 };
 
-/// How far scripts alone have moved bodies since the start, m: per tick the farthest way of any corner of a led body's
-/// box. What an operator adds to or takes from his script is not in it.
+/// Path of scripted motion since the start, m: sum over ticks of the largest displacement of a box corner of a scripted
+/// body. Deviations of an operator from its script are not included.
 class ScriptedPath {
 public:
     explicit ScriptedPath(const Scene& scene) {
@@ -169,7 +169,7 @@ public:
             motion_end_ = std::fmax(motion_end_, body.motion->last_key_time());
         }
     }
-    /// To be asked with ascending times.
+    /// Times must ascend.
     double up_to(double time) {
         double farthest = 0.0;
         for (Driven& driven : driven_) {
@@ -326,7 +326,7 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     note_unstable_step(scene, spec, limits, record);
     if (!record.outcome.ok()) return record;
     SimulationSettings settings = settings_of(spec);
-    settings.watched = false;  // it would take time from what is paced
+    settings.watched = false;  // the audit would take time from the paced loop
     Simulation simulation(scene, detector_of(spec), response_of(spec), registry().contact_generator(spec.contacts),
                           settings);
     std::int64_t tick = 0;
@@ -359,7 +359,7 @@ Record run_timed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     note_unstable_step(scene, spec, limits, record);
     if (!record.outcome.ok()) return record;
     SimulationSettings settings = settings_of(spec);
-    settings.watched = false;  // its time is nobody's stage
+    settings.watched = false;  // the audit belongs to no stage
     Simulation simulation(scene, detector_of(spec), response_of(spec), registry().contact_generator(spec.contacts),
                           settings);
     for (std::int64_t tick = 0; tick < ticks && simulation.outcome().ok() && go_on(limits, tick); ++tick) {
@@ -378,7 +378,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
     const std::int64_t ticks = ticks_of(scene, spec);
     Record record = start_record(spec, ticks);
     record.environment["frames"] = stream_text();
-    // One response for each span, so that neither meets the other's memory.
+    // One response per span, so that the two share no memory.
     const std::unique_ptr<Response> without = response_of(spec);
     const std::unique_ptr<Response> with = response_of(spec);
     ResponseOutput output;
@@ -426,7 +426,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
                 row.stage_ns[static_cast<std::size_t>(Stage::contacts)] = ns_between(start, middle);
                 row.stage_ns[static_cast<std::size_t>(Stage::respond)] = ns_between(middle, end);
             };
-            // Whoever comes second finds the data in the cache: they take turns.
+            // The second span finds the data in the cache, so the order alternates.
             if (tick % 2 == 0) {
                 run_without();
                 run_with();

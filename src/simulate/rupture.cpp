@@ -25,7 +25,7 @@ void Rupture::prepare(const Topology& topology, const Materials& materials) {
 }
 
 bool Rupture::is_at_strain_limit(const Frame& frame, Index vertex) const {
-    constexpr double at_limit = 0.999;  // the limiter leaves an edge a rounding below it
+    constexpr double at_limit = 0.999;  // the limiter leaves an edge below its limit by rounding
     return springs_.largest_strain(*materials_, frame.position, vertex) >= at_limit * materials_->strain_limit;
 }
 

@@ -1,5 +1,5 @@
-// When tissue counts as torn, reported for every response by the same code, from what its contacts gave: what presses
-// for longer than a moment with all that it may, or deep inside tissue that is at its strain limit, passes through it.
+// Rupture of tissue, by one rule for every response, from its contact forces. Tissue tears under a contact that, for
+// longer than `tear_time`, is at its force limit or is `deep` in tissue at its strain limit.
 #pragma once
 
 #include <cstdint>
@@ -16,18 +16,18 @@ class Rupture {
 public:
     /// Topology and materials outlive it.
     void prepare(const Topology& topology, const Materials& materials);
-    /// Once per tick of dt (s), with the frame after it, its effect and what its contacts gave: how many features of
-    /// tissue have torn in it. A feature counts at the vertex that carries most of it, once until it is no longer in
-    /// contact.
+    /// Call once per tick of `dt` (s) with the frame after it, its effect and its contact forces. Returns the number of
+    /// tissue features torn in this tick. A feature counts at the vertex with the largest weight, once until it is out
+    /// of contact.
     std::int64_t judge(const Frame& frame, const ResponseOutput& output, std::span<const ContactForce> loads,
                        double dt);
 
-    static constexpr double tear_time = 0.005;  ///< s, without a break
-    static constexpr double deep = 1e-4;        ///< m, what counts as clear no more
+    static constexpr double tear_time = 0.005;  ///< s, uninterrupted
+    static constexpr double deep = 1e-4;        ///< m, depth above which a contact counts as deep
 
 private:
     struct Strained {
-        double time = 0.0;  ///< s, giving way so far
+        double time = 0.0;  ///< s, at a limit without interruption
         std::int64_t tick = -1;
         bool torn = false;
         bool gives_way = false;

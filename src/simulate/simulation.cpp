@@ -52,9 +52,9 @@ struct Simulation::State {
     const TipSettings device;
 
     Frame frame;       ///< after the last step
-    Frame seen;        ///< moved, as detection sees it
+    Frame seen;        ///< moved, input of detection
     Frame next;        ///< being advanced; becomes `frame` when all went well
-    Frame whole_seen;  ///< `seen` and `next` with what the stepper leaves behind, for the books; empty if it does not
+    Frame whole_seen;  ///< `seen` and `next` with deferred vertices completed, for the audit; else empty
     Frame whole_next;
     ContactSet contacts;
     ResponseOutput output;
@@ -65,19 +65,19 @@ struct Simulation::State {
     std::vector<Wrench> reaction;     ///< per body, of tissue
     std::vector<Wrench> load;         ///< per body, mean over the tick
     TipDisplay display;
-    double deepest_edges = 0.0;          ///< m, in the last tick, with a margin
+    double deepest_edges = 0.0;          ///< m, edge-edge depth in the last tick
     bool query_distance_is_cut = false;  ///< in this tick
     Outcome prepared;                    ///< how prepare ended
     Outcome outcome;                     ///< of the last tick
     std::int64_t tick = 0;
-    bool frames_kept = false;  ///< the frames are as the stepper has left them
+    bool frames_kept = false;  ///< nothing else has written the frames since the last advance
 
-    /// Of the tissue, since the last tick; null: nobody knows.
+    /// Ranges of tissue that moved since the last tick; null: unknown.
     [[nodiscard]] const std::vector<Range>* tissue_moved() const {
         return stepper && frames_kept ? stepper->moved() : nullptr;
     }
 
-    /// Runs one stage between two readings of the clock. A method that throws has failed, nothing more.
+    /// Runs one stage between two readings of the clock. An exception becomes the outcome `threw`.
     template <typename Work>
     void timed(Stage stage, StepRow& row, Work&& work) {
         if (!outcome.ok()) return;
@@ -96,15 +96,15 @@ struct Simulation::State {
             row.allocations = std::max<std::int64_t>(0, row.allocations) + allocation_count() - allocations;
     }
 
-    /// m, within which the detector is asked in this tick; `tissue_move` as Reach::of has it.
+    /// m, query distance of this tick; `tissue_move` as in `Reach::of`.
     double ask_query_distance(double tissue_move) {
         if (!wants_query_distance) return 0.0;
         const double driven_move = furthest_move(seen, driver.driven_vertices());
         query_distance_is_cut = query_distance.is_cut(driven_move, tissue_move, deepest_edges);
         return query_distance.of(driven_move, tissue_move, deepest_edges);
     }
-    /// Edges that have passed each other have no memory but the pairs: as deep as they are once the tick's scripts have
-    /// moved, the next tick looks.
+    /// Crossed edges leave no trace but their pairs. The next query distance therefore includes their depth after the
+    /// tick's scripts have moved.
     void note_deep_edges() {
         deepest_edges = 0.0;
         for (const Contact& contact : contacts.contacts) {
@@ -128,7 +128,7 @@ struct Simulation::State {
         driver.advance(next.time, output, reaction, next, load, loads);
     }
 
-    /// What the stepper calls unstable gets a place and a remedy: from the step that it bears where the tick began.
+    /// Adds place and remedy to the stepper's outcome `unstable`, from the stable step at the start of the tick.
     void explain_unstable() {
         const StepEstimate estimate =
             stepper->estimate(scene.topology, scene.materials, seen.position, scene.dt, false);
@@ -145,7 +145,7 @@ struct Simulation::State {
         }
     }
 
-    /// Of the tissue what has moved since it was examined last; null: nobody knows.
+    /// `tissue`: ranges that moved since the last check; null: all free tissue.
     void check_finite(const Frame& of, const std::vector<Range>* tissue) {
         if (!outcome.ok()) return;
         const auto finite = [&of](const Range& range) {
@@ -159,11 +159,11 @@ struct Simulation::State {
 
     [[nodiscard]] bool has_whole() const { return whole_next.position.cols() > 0; }
 
-    /// Outside the clock, before the frame is taken over.
+    /// Outside the clock, before `next` replaces `frame`.
     void watch() {
         if (!audit || !outcome.ok()) return;
         if (stepper && stepper->leaves_behind()) {
-            // What is shown late has strain of its own where it meets what is not.
+            // Deferred vertices have spurious strain at the border to current ones.
             if (!has_whole()) whole_next = seen;
             std::swap(whole_seen, whole_next);
             copy_driven(seen, whole_seen);
@@ -175,7 +175,7 @@ struct Simulation::State {
         outcome = blow_up->judge(seen, next, contacts, output, loads, reaction, *audit);
     }
 
-    /// All three frames agree in what cannot change.
+    /// All three frames agree outside the vertices that can change.
     static void copy_vertices(const std::vector<Range>& ranges, const Frame& from, Frame& to) {
         for (const Range& range : ranges) {
             for (const auto matrix : {&Frame::position, &Frame::previous, &Frame::velocity}) {
@@ -202,7 +202,7 @@ struct Simulation::State {
         row.truncated = contacts.truncated;
     }
 
-    /// Load on the shown instrument as the tool's wrench, the force at its tip and what the device makes of it.
+    /// Load on the shown instrument: its wrench, the force at its tip and the displayed force.
     void show_load(StepRow& row) {
         const Wrench sum = driver.shown_load(load);
         row.tool_force = sum.force;
@@ -241,7 +241,7 @@ struct Simulation::State {
     }
 };
 
-/// One tick of DESIGN §5: each stage reads what the one before has made, and the clock is read between them only.
+/// One tick of DESIGN §5. Each stage reads the results of the one before; the clock is read only between stages.
 StepRow Simulation::step() {
     State& s = *state_;
     StepRow row;
@@ -249,14 +249,14 @@ StepRow Simulation::step() {
     row.time = static_cast<double>(s.tick) * s.scene.dt;
     s.contacts.clear();
 
-    // What is copied between the three frames is the harness' own and stands outside the clock.
-    // Tissue is written once a tick, by its integrator. `seen` takes it by exchange; `frame` gets it back on failure.
+    // Copies between the three frames belong to the harness and are not timed. Only the stepper writes tissue, once a
+    // tick. `seen` takes it by swap; `frame` gets it back on failure.
     std::swap(s.frame, s.seen);
     s.copy_driven(s.seen, s.frame);
     s.seen.tick = row.tick;
     s.seen.time = row.time;
     s.timed(Stage::move, row, [&] { s.driver.move(row.time, s.tissue_moved(), s.seen); });
-    if (row.tick == 0) s.seen.moved.reset();  // nobody has seen a frame to compare with
+    if (row.tick == 0) s.seen.moved.reset();  // there is no earlier frame
     s.check_finite(s.seen, s.tissue_moved());
     row.query_distance = s.ask_query_distance(s.stepper ? s.stepper->largest_move() : 0.0);
     s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.query_distance); });
@@ -270,7 +270,7 @@ StepRow Simulation::step() {
     if (s.response) {
         s.timed(Stage::respond, row, [&] { s.response->respond(s.seen, s.scene.dt, s.contacts, s.loads, s.output); });
         if (s.outcome.ok()) s.outcome = check_output(s.scene.topology, s.output);
-        // Scripts alone have no such stage: their forces are only examined.
+        // With scripts alone nothing is integrated, so the stage is not timed.
         if (s.stepper || s.driver.has_operator()) {
             s.timed(Stage::advance, row, [&] { s.advance(); });
         } else if (s.outcome.ok()) {
@@ -296,7 +296,7 @@ StepRow Simulation::replay(const Frame& frame) {
     row.tick = frame.tick;
     row.time = frame.time;
     s.contacts.clear();
-    s.outcome = s.prepared;  // a frame that cannot be answered says nothing about the next one
+    s.outcome = s.prepared;  // a failed frame does not affect the next one
     s.seen = frame;
     if (s.outcome.ok() && !s.seen.all_finite()) s.outcome = not_finite();
     row.query_distance = s.ask_query_distance(furthest_move(s.seen, s.driver.free_tissue()));
@@ -317,7 +317,7 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
           settings)) {
     State& s = *state_;
     s.output.resize(0, scene.topology.body_count());
-    // Room for a crowded tick, so that the first one does not ask for memory; more than this grows as it comes.
+    // Capacity for a tick with many contacts, so that the first one does not allocate.
     const auto room = static_cast<std::size_t>(std::min<Index>(4096, scene.topology.triangle_count()));
     s.contacts.pairs.reserve(room);
     s.contacts.contacts.reserve(room);
@@ -336,7 +336,7 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
         s.detector->prepare(scene.topology, scene.first);
         s.source = source.make(ParameterValues(source.name, source.parameters, {}));
         s.source->prepare(scene.topology, scene.first);
-        s.deepest_edges = s.query_distance.edge();  // at the start nothing is known
+        s.deepest_edges = s.query_distance.edge();  // no earlier tick
         if (s.response) s.response->prepare(scene.topology, scene.materials);
         if (s.response && scene.has_tissue()) {
             s.stepper = s.stepper_entry.make(checked_values(s.stepper_entry, settings.stepper.parameters));

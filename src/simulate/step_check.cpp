@@ -26,7 +26,7 @@ std::string milliseconds(double seconds) {
     return std::isfinite(seconds) ? fmt::format("{:.3g} ms", 1e3 * seconds) : std::string("any length");
 }
 
-/// h² k/m + 2 h c/m < 4 with the stiffness and all damping of a hand.
+/// Stable where h² k/m + 2 h c/m < 4, with coupling stiffness k and total damping c of the operator.
 OperatorStep operator_step(const OperatorModel& coupling, Index body, double h) {
     OperatorStep step{.body = body};
     const double damping = coupling.damping + coupling.coupling_damping;
@@ -49,7 +49,7 @@ bool holds_new_operator(const Scene& scene, Index body) {
     return true;
 }
 
-/// 5 % below the limit.
+/// Sub-steps that keep the step 5 % below the limit.
 double substeps_of(const Scene& scene, const OperatorStep& coupling) {
     return std::ceil(1.05 * scene.dt / coupling.stable_step);
 }

@@ -1,5 +1,5 @@
-// The library's front door: everything an outside harness needs to put frames before a detector.
-// See README for a complete program.
+// Public header of the library: all that an external harness needs to run a detector on frames. See README for a
+// complete program.
 #pragma once
 
 #include "contact/contact_set.hpp"

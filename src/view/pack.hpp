@@ -1,5 +1,5 @@
-// How a page holds frames: coordinates as whole numbers within a box, reported as differences, deflated and put into
-// base64, so that a scene's replay fits into one file. src/web/source/data.js undoes it.
+// Encoding of a page's frames: coordinates as whole numbers within a box, delta coding, zlib and base64. A scene's
+// replay thus fits into one file. src/web/source/data.js decodes it.
 #pragma once
 
 #include <cstddef>
@@ -13,19 +13,19 @@
 
 namespace trocar {
 
-/// Coordinates as whole numbers within a box. What lies outside is put on its border.
+/// Maps coordinates within a box to whole numbers. Coordinates outside are clamped to its border.
 class Quantiser {
 public:
-    /// 14 bits: of a scene of 0.1 m half a step is 3 µm, a tenth of a pixel where the whole scene fills a screen, and
-    /// two bits more would make a page a third larger.
+    /// 14 bits: in a scene of 0.1 m half a step is 3 µm, a tenth of a pixel when the scene fills a screen. Two more
+    /// bits would enlarge a page by a third.
     static constexpr std::uint16_t largest = 16383;
-    /// Corners of the box, m; a side without length gets one that is not 0.
+    /// Corners of the box, m; a side of length 0 is enlarged.
     Quantiser(const Vector3& low, const Vector3& high);
     [[nodiscard]] std::uint16_t number(double coordinate, int axis) const;  ///< coordinate: m, finite
     [[nodiscard]] double coordinate(std::uint16_t number, int axis) const;  ///< m
     [[nodiscard]] bool holds(const Vector3& point) const;
     [[nodiscard]] const Vector3& low() const { return low_; }
-    /// m, per axis; a coordinate within the box comes back to half of it, and rounding.
+    /// m, per axis; the error of a coordinate within the box is at most half of it, plus rounding.
     [[nodiscard]] const Vector3& step() const { return step_; }
 
 private:
@@ -36,18 +36,18 @@ private:
 /// A frame as three planes (x of all vertices, then y, then z).
 std::vector<std::uint16_t> quantised(const Matrix3X& position, const Quantiser& quantiser);
 
-/// Frames of equal length, each reported as its change since the frame before (the first since `rest`), and that as its
-/// difference from the change of the vertex before in its plane; modulo 2^16, zigzag, all low bytes before all high
-/// bytes.
+/// Encodes frames of equal length. Each number is coded as its change since the frame before (the first since `rest`),
+/// less the change of the preceding vertex in its plane. Differences are modulo 2^16 and zigzag coded; all low bytes
+/// precede all high bytes.
 std::string frame_bytes(const std::vector<std::vector<std::uint16_t>>& frames, std::span<const std::uint16_t> rest);
 
-/// The numbers of frame_bytes again; for tests.
+/// Inverse of frame_bytes; for tests.
 std::vector<std::vector<std::uint16_t>> frames_of(std::string_view bytes, std::span<const std::uint16_t> rest);
 
 /// zlib stream in base64.
 std::string deflated(std::string_view bytes);
 
-/// The same of numbers as they lie in memory (little-endian).
+/// The same for the memory of numbers (little-endian).
 template <typename Number>
 std::string deflated_numbers(const std::vector<Number>& numbers) {
     return deflated({reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(Number)});

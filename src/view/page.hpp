@@ -1,5 +1,5 @@
-// The replay page of one scene: one HTML file that works offline, or a small one beside the script that pages of a
-// report share. Every number and every curve is of every tick; frames are drawn every n-th tick and at the worst ones.
+// Replay page of one scene: one HTML file that works offline, or a small one that shares its script with the pages of a
+// report. Numbers and curves cover every tick; frames are drawn every n-th tick and at the largest values.
 #pragma once
 
 #include <cstdint>
@@ -14,8 +14,8 @@ namespace trocar {
 /// A stored reference's force, as a curve.
 struct ViewedReference {
     std::string name;
-    bool solid = false;         ///< drawn as the one that counts
-    std::vector<double> force;  ///< N, size of the force on the tool, one per tick of the scene; NaN: none there
+    bool solid = false;         ///< drawn as the main reference
+    std::vector<double> force;  ///< N, magnitude of the force on the tool, per tick of the scene; NaN: none
 };
 
 struct ViewPage {
@@ -32,14 +32,13 @@ struct ViewPage {
     std::vector<ViewedReference> references;
 };
 
-/// Bytes of one page without its script; what a scene's frames may take.
+/// Bytes of one page without its script; limit for a scene's frames.
 inline constexpr std::size_t view_page_budget = 340'000;
 /// Bytes of one page with its script.
 inline constexpr std::size_t view_file_bound = 1'500'000;
 
-/// `script`: name of the script's file beside the page; empty: the script is within the page. Where all frames take
-/// more than the budget, every second one is left out, the worst and the last ones never, until they do not; the page
-/// says which are left.
+/// `script`: name of the script's file beside the page; empty: the script is embedded. While the frames exceed the
+/// budget, every second one is dropped, but never the largest-value and last ones. The page states which frames remain.
 std::string view_html(const ViewPage& page, const std::string& script, std::size_t budget = view_page_budget);
 
 /// Largest error of a coordinate on the page, m: half a quantisation step of the longest side of its box.

@@ -1,5 +1,5 @@
-// The scripts of trocar's pages, as they lie in the program: whoever writes a page puts one of them into it or beside
-// it. They are built once by esbuild and committed (README.md beside this file); building trocar needs no npm.
+// Scripts of trocar's pages, embedded in the program. They are built once by esbuild and committed (README.md beside
+// this file); building trocar needs no npm.
 #pragma once
 
 #include <string_view>
