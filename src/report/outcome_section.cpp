@@ -40,7 +40,7 @@ std::vector<Motion> motions_of(const Draft& draft, const std::string& scene, con
     return motions;
 }
 
-/// "`fcl_bvh + penalty (canonical)`, moving alike: `ohc`"
+/// "`fcl_bvh + penalty (intersection)`, moving alike: `ohc`"
 std::string who_text(const Motion& motion) {
     const Method& first = *motion.methods.front();
     std::string text = code(first.label());

@@ -57,7 +57,7 @@ std::string failures_text(const VerdictRow& row) {
     return text;
 }
 
-/// "`ohc` + `penalty` (canonical)": parts of their own, so that a narrow page can break between them.
+/// "`ohc` + `penalty` (intersection)": parts of their own, so that a narrow page can break between them.
 std::string who_text(const Method& method) {
     std::string text = "`" + method.detector + "`";
     if (!method.response.empty()) text += " + `" + method.response + "`";

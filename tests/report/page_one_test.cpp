@@ -62,9 +62,10 @@ TEST(PageOne, AStudyThatNamesNobodySetsItsRowsAgainstEachOther) {
 TEST(PageOne, RowsOfTheSameBitsStandOnceAndFailedOnesLast) {
     const std::vector<Record> records = four_responses();
     const Draft draft(records);
-    EXPECT_EQ(names(response_rows(draft)),
-              (std::vector<std::string>{"`unilateral` (canonical)", "`baseline` (canonical) = `twin` (canonical)",
-                                        "`loser` (canonical)"}));
+    EXPECT_EQ(
+        names(response_rows(draft)),
+        (std::vector<std::string>{"`unilateral` (intersection)", "`baseline` (intersection) = `twin` (intersection)",
+                                  "`loser` (intersection)"}));
 }
 
 TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
@@ -77,7 +78,7 @@ TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
     records[1].summary["ruptures"] = 2;
     const Draft draft(records);
     const Table table = responses_table(draft, response_rows(draft));
-    EXPECT_EQ(table.rows.at(0).cells, (std::vector<std::string>{"`unilateral` (canonical)", "0.350", "0.500", "2",
+    EXPECT_EQ(table.rows.at(0).cells, (std::vector<std::string>{"`unilateral` (intersection)", "0.350", "0.500", "2",
                                                                 "0.0300", "0.200", "2.00", "0.300", "0 of 2"}));
     EXPECT_EQ(table.rows.at(2).cells.back(), "1 of 2");
     EXPECT_EQ(table.rows.at(0).command,
@@ -112,11 +113,12 @@ TEST(PageOne, OfMoreThanTenRowsTheBestOfEveryResponseAreShownAndTheRestIsReporte
     const Table table = responses_table(draft, rows);
     ASSERT_EQ(table.rows.size(), page_one_rows);
     EXPECT_LE(table.columns.size(), page_one_columns);
-    EXPECT_EQ(table.rows.front().cells.front(), "`soft:k=1` (canonical)");
-    EXPECT_EQ(table.rows.back().cells.front(), "`late` (canonical)");
-    EXPECT_NE(table.note.find("Not shown, at worst: `soft:k=10` (canonical) 1.00 mm; `soft:k=11` (canonical) 1.10 mm; "
-                              "`soft:k=12` (canonical) 1.20 mm."),
-              std::string::npos)
+    EXPECT_EQ(table.rows.front().cells.front(), "`soft:k=1` (intersection)");
+    EXPECT_EQ(table.rows.back().cells.front(), "`late` (intersection)");
+    EXPECT_NE(
+        table.note.find("Not shown, at worst: `soft:k=10` (intersection) 1.00 mm; `soft:k=11` (intersection) 1.10 mm; "
+                        "`soft:k=12` (intersection) 1.20 mm."),
+        std::string::npos)
         << table.note;
 }
 

@@ -112,7 +112,7 @@ TEST(RunFigures, EveryStageHasItsMedianAndItsTailAndTheStageSplitIsTheirMeanOver
         EXPECT_EQ(figures.stage_p99.at(s), 7000.0 * static_cast<double>(s + 1)) << stage_names.at(s);
     }
     const std::string markdown = test::whole(make_report(records));
-    EXPECT_NE(markdown.find("| `mine + push (canonical)` | 2 | 2.00 | 4.00 | 6.00 | 8.00 | 10.0 | 12.0 | 42.0 |"),
+    EXPECT_NE(markdown.find("| `mine + push (intersection)` | 2 | 2.00 | 4.00 | 6.00 | 8.00 | 10.0 | 12.0 | 42.0 |"),
               std::string::npos)
         << markdown;
     EXPECT_TRUE(std::isnan(figures_of(synthetic({.ticks = 20})).stage_p50.at(0))) << "these rows have no such stage";
@@ -193,7 +193,7 @@ TEST(Verdict, RowsThatMoveAlikeArePrintedAsOneThatNamesThemAll) {
     const Table table = verdict_table(verdict_of(results), "", 1.0);
     ASSERT_EQ(table.rows.size(), 2U);
     EXPECT_EQ(table.rows[0].cells.at(1),
-              "`mine` + `push` (canonical), moving alike: `theirs` (600 [400–800] / 600 [400–800] µs)");
+              "`mine` + `push` (intersection), moving alike: `theirs` (600 [400–800] / 600 [400–800] µs)");
     EXPECT_EQ(table.rows[1].cells.at(0).substr(0, 1), "2") << "numbers count the printed rows";
     EXPECT_EQ(table.rows[1].cells.at(1), "`theirs` + `push` (native)");
 }
@@ -246,11 +246,11 @@ std::vector<Record> detectors_of_one_response() {
 TEST(Report, LostByTheDetectorIsReportedAsDepthAndForceAgainstAnExactOne) {
     const std::string markdown = test::whole(make_report(detectors_of_one_response()));
     EXPECT_NE(markdown.find("## Lost by the detector"), std::string::npos);
-    EXPECT_NE(markdown.find("| `theirs + push (canonical)` | `mine` | 2220 of 4440 | 7 of 20 | 0.500 → 2.50 | 2.00 "
+    EXPECT_NE(markdown.find("| `theirs + push (intersection)` | `mine` | 2220 of 4440 | 7 of 20 | 0.500 → 2.50 | 2.00 "
                             "(poke: 0.500 → 2.50) | 3.00 (poke: 1.00 → 4.00) | 0 of 1 |"),
               std::string::npos)
         << markdown.substr(markdown.find("## Lost by the detector"), 1500);
-    EXPECT_NE(markdown.find("Nothing is lost, bit by bit on every scene, by `twin + push (canonical)`."),
+    EXPECT_NE(markdown.find("Nothing is lost, bit by bit on every scene, by `twin + push (intersection)`."),
               std::string::npos);
 }
 
@@ -271,8 +271,8 @@ TEST(Verdict, RowsAreSortedByErrorThenTime) {
     const Results results(records);
     const Verdict verdict = verdict_of(results);
     ASSERT_EQ(verdict.rows.size(), 3U);
-    EXPECT_EQ(verdict.rows[0].method.label(), "mine + push (canonical)");
-    EXPECT_EQ(verdict.rows[1].method.label(), "theirs + push (canonical)");
+    EXPECT_EQ(verdict.rows[0].method.label(), "mine + push (intersection)");
+    EXPECT_EQ(verdict.rows[1].method.label(), "theirs + push (intersection)");
     EXPECT_EQ(verdict.rows[2].method.label(), "theirs + push (native)");
     EXPECT_FALSE(verdict.rows[0].dominated);
     EXPECT_TRUE(verdict.rows[1].dominated) << "as good and slower";
@@ -457,7 +457,7 @@ TEST(Verdict, AFailedSceneLeavesNoMeanAndGoesLast) {
     const Results results(records);
     const Verdict verdict = verdict_of(results);
     const VerdictRow& last = verdict.rows.back();
-    EXPECT_EQ(last.method.label(), "theirs + push (canonical)");
+    EXPECT_EQ(last.method.label(), "theirs + push (intersection)");
     EXPECT_EQ(last.failed_runs, 1);
     EXPECT_TRUE(std::isnan(last.p50.value));
     const Table table = verdict_table(verdict, "", 1.0);
@@ -508,7 +508,7 @@ TEST(Regression, AChangedFigureIsReportedBeforeAndAfter) {
     EXPECT_FALSE(found.same());
     const auto has = [&found](const std::string& figure, const std::string& from, const std::string& to) {
         return std::any_of(found.changes.begin(), found.changes.end(), [&](const FigureChange& change) {
-            return change.run == "closed_loop poke: mine + push (canonical)" && change.figure == figure &&
+            return change.run == "closed_loop poke: mine + push (intersection)" && change.figure == figure &&
                    change.before == from && change.after == to;
         });
     };
@@ -524,9 +524,9 @@ TEST(Regression, MissingExtraAndStaleRunsFail) {
     std::vector<Record> after{synthetic({.scene = "b"}), synthetic({.scene = "c"})};
     after[0].spec.scene_hash = "another";
     const StudyComparison found = compare_studies(before, after, 1.0);
-    EXPECT_EQ(found.false_negatives, std::vector<std::string>{"closed_loop a: mine + push (canonical)"});
-    EXPECT_EQ(found.false_positives, std::vector<std::string>{"closed_loop c: mine + push (canonical)"});
-    EXPECT_EQ(found.stale, std::vector<std::string>{"closed_loop b: mine + push (canonical)"});
+    EXPECT_EQ(found.false_negatives, std::vector<std::string>{"closed_loop a: mine + push (intersection)"});
+    EXPECT_EQ(found.false_positives, std::vector<std::string>{"closed_loop c: mine + push (intersection)"});
+    EXPECT_EQ(found.stale, std::vector<std::string>{"closed_loop b: mine + push (intersection)"});
     EXPECT_FALSE(found.same());
     EXPECT_FALSE(compare_studies({}, {}, 1.0).same()) << "nothing compared is no success";
 }
@@ -539,10 +539,10 @@ TEST(Report, ReportsNotApplicableFromZeroAndFailure) {
         synthetic({.scene = "stab", .outcome = {OutcomeKind::timed_out, "ended after the limit of 5 s"}}));
     const std::string markdown = test::whole(make_report(records));
     EXPECT_NE(markdown.find("absent (lost: library not found)"), std::string::npos);
-    EXPECT_NE(markdown.find("| closed_loop | `mine + push (canonical)` | liver | unsupported (no data) | 1 |"),
+    EXPECT_NE(markdown.find("| closed_loop | `mine + push (intersection)` | liver | unsupported (no data) | 1 |"),
               std::string::npos);
     EXPECT_NE(
-        markdown.find("| closed_loop | `mine + push (canonical)` | stab | timed_out (ended after the limit of 5 s) "
+        markdown.find("| closed_loop | `mine + push (intersection)` | stab | timed_out (ended after the limit of 5 s) "
                       "| 1 |"),
         std::string::npos);
     EXPECT_EQ(markdown.find("No run failed"), std::string::npos);
@@ -623,9 +623,10 @@ TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsew
     records.back().summary["ruptures"] = 1;
     records.back().summary["reference_clears_hard"] = 0;
     const std::string markdown = test::whole(make_report(records));
-    EXPECT_NE(markdown.find("| B. Mirtich et al | Impulse based | Y / N / N | `bounce` (canonical) | 3 of 4 | 4 | 7.00 "
-                            "| 107 | 0 of 3300 | 1.25 | 9.00 |"),
-              std::string::npos)
+    EXPECT_NE(
+        markdown.find("| B. Mirtich et al | Impulse based | Y / N / N | `bounce` (intersection) | 3 of 4 | 4 | 7.00 "
+                      "| 107 | 0 of 3300 | 1.25 | 9.00 |"),
+        std::string::npos)
         << markdown.substr(markdown.find("Table 2.1"), 5000);
     EXPECT_NE(markdown.find("| D. Baraff et al | Constraint | N / Y / Y | not measured |"), std::string::npos);
     EXPECT_NE(markdown.find(" Each of `bounce` acts as springs where nothing bends."), std::string::npos);
@@ -676,15 +677,15 @@ TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreReportedOnce) 
         run("mine", "gentle", "c1", 0.5e-4, 0.0),   run("mine", "brief", "d1", not_known, 0.0)};
     const std::string markdown = test::whole(make_report(records));
     EXPECT_NE(
-        markdown.find("| scene | hard contact clears it within the strain limit | `clearing (canonical)` | `gentle "
-                      "(canonical)` | `tearing (canonical)` |"),
+        markdown.find("| scene | hard contact clears it within the strain limit | `clearing (intersection)` | `gentle "
+                      "(intersection)` | `tearing (intersection)` |"),
         std::string::npos)
         << markdown;
     EXPECT_NE(
         markdown.find("| poke | no | not cleared (3.00 mm left) | cleared (4.00 mm at worst before) | rupture reported "
                       "(2.00 mm left) |"),
         std::string::npos);
-    EXPECT_NE(markdown.find("| I2T | poke | `mine + tearing (canonical)`, moving alike: `twin` | 2.00 | no | 3 |"),
+    EXPECT_NE(markdown.find("| I2T | poke | `mine + tearing (intersection)`, moving alike: `twin` | 2.00 | no | 3 |"),
               std::string::npos);
     EXPECT_EQ(markdown.find("| I2T | poke | `twin"), std::string::npos);
     EXPECT_NE(markdown.find("Sub-steps of the integrator per tick (n_sub): 16 on poke."), std::string::npos);
@@ -710,10 +711,10 @@ TEST(Report, ABlindDetectorSaysNothingOfWhatAResponseClears) {
 TEST(Report, OutcomesOfOneMotionStandInOneRowThatNamesAll) {
     const std::string markdown =
         test::whole(make_report({synthetic({}), synthetic({.detector = "twin"}), synthetic({.response = "shove"})}));
-    EXPECT_NE(
-        markdown.find("| poke | `mine + push (canonical)`, moving alike: `mine + shove (canonical)`, `twin + push "
-                      "(canonical)` |"),
-        std::string::npos)
+    EXPECT_NE(markdown.find(
+                  "| poke | `mine + push (intersection)`, moving alike: `mine + shove (intersection)`, `twin + push "
+                  "(intersection)` |"),
+              std::string::npos)
         << markdown;
     const std::size_t outcomes = markdown.find("**Outcome of every closed-loop run");
     const std::string table = markdown.substr(outcomes, markdown.find("<sub>", outcomes) - outcomes);
@@ -1027,8 +1028,10 @@ TEST(Report, ABaselineLeftOutIsOneOfTheThingsThatAreChanged) {
                                        synthetic({.detector = "theirs", .own = false, .residual_mm = 0.2}),
                                        synthetic({.detector = "third", .own = false, .residual_mm = 0.3})});
     const std::string& markdown = test::whole(report);
-    EXPECT_NE(markdown.find("| `theirs` left out | `mine + push (canonical)` | yes |"), std::string::npos) << markdown;
-    EXPECT_NE(markdown.find("| `mine` left out | `theirs + push (canonical)` | left out itself |"), std::string::npos);
+    EXPECT_NE(markdown.find("| `theirs` left out | `mine + push (intersection)` | yes |"), std::string::npos)
+        << markdown;
+    EXPECT_NE(markdown.find("| `mine` left out | `theirs + push (intersection)` | left out itself |"),
+              std::string::npos);
 }
 
 TEST(Report, DepthOfASceneWhereOnlyTheContactYieldsIsCalledItsOwn) {
@@ -1065,11 +1068,11 @@ TEST(Report, AWinnerThatHangsOnOneSceneIsReportedAsSuch) {
         synthetic({.scene = "a", .detector = "theirs", .own = false, .residual_mm = 2.0, .state_hash = "b"}),
         synthetic({.scene = "b", .detector = "theirs", .own = false, .residual_mm = 1.0, .state_hash = "b"})};
     const std::string markdown = test::whole(make_report(records));
-    EXPECT_NE(markdown.find("| nothing: the order of the tables, all scenes | `theirs + push (canonical)` | yes |"),
+    EXPECT_NE(markdown.find("| nothing: the order of the tables, all scenes | `theirs + push (intersection)` | yes |"),
               std::string::npos)
         << markdown;
-    EXPECT_NE(markdown.find("| scene b left out | `mine + push (canonical)` |"), std::string::npos);
-    EXPECT_NE(markdown.find("| scene a left out | `theirs + push (canonical)` |"), std::string::npos);
+    EXPECT_NE(markdown.find("| scene b left out | `mine + push (intersection)` |"), std::string::npos);
+    EXPECT_NE(markdown.find("| scene a left out | `theirs + push (intersection)` |"), std::string::npos);
     EXPECT_NE(markdown.find("Yes: 2 different rows come first"), std::string::npos);
 }
 
