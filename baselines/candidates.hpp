@@ -1,6 +1,5 @@
-// What the baselines that only find overlapping boxes share: outward rounding to float, and the exact triangle test
-// that turns their candidates into pairs. Our own narrow phase is used for all of them, so that only broad phases
-// differ.
+// Shared by baselines that find overlapping boxes only: outward rounding to float, and the exact triangle test of
+// candidates. All use this project's narrow phase, so that only broad phases differ.
 #pragma once
 
 #include <algorithm>
@@ -16,8 +15,8 @@
 
 namespace trocar::baselines {
 
-/// A float not above the value, a float not below it, within two units in the last place: boxes must not shrink when
-/// narrowed. Without branches: which way a conversion rounds is unpredictable, and a baseline's tree asks for millions.
+/// Float not above (round_down) or not below (round_up) the value, within two units in the last place. Narrowed boxes
+/// therefore never shrink. Branch-free, since the rounding direction is unpredictable for the branch predictor.
 inline float round_down(double value) {
     constexpr float largest = std::numeric_limits<float>::max();
     auto narrowed = static_cast<float>(value);
@@ -39,7 +38,7 @@ inline Box box_of(const Topology& topology, const Frame& frame, Index triangle) 
 
 using Float4 = float __attribute__((vector_size(16)));
 
-/// Box in floats; the fourth entries are equal and mean nothing.
+/// Box in floats; the fourth components are equal and unused.
 struct FloatBox {
     Float4 low;
     Float4 high;
@@ -53,11 +52,11 @@ struct FloatBox {
     }
 };
 
-/// A tick's vertices narrowed to float once, for all baselines that store float boxes: a vertex belongs to six
-/// triangles.
+/// Vertices of a tick rounded to float once, for baselines with float boxes. A vertex belongs to six triangles on
+/// average.
 class FloatVertices {
 public:
-    /// Keeps all vertices of the frame; allocates at the first call only.
+    /// Rounds all vertices of the frame; allocates at the first call only.
     void narrow(const Frame& frame) {
         constexpr float largest = std::numeric_limits<float>::max();
         const auto count = static_cast<std::size_t>(frame.position.cols());
@@ -69,8 +68,8 @@ public:
             points_[v] = point > -largest ? point : Float4{} - largest;
         }
     }
-    /// Rounding is monotone, so the rounded box needs widening only once, by more than what rounding took. `around`: m,
-    /// >= 0, added on all sides.
+    /// Float box that contains the exact box. Rounding is monotone, so one widening by more than the rounding error
+    /// suffices. `around`: m, >= 0, added on all sides.
     [[nodiscard]] FloatBox box_of(const Topology& topology, Index triangle, double around = 0.0) const {
         const Index* const corner = topology.triangles.data() + 3 * static_cast<std::ptrdiff_t>(triangle);
         const Float4 a = points_[static_cast<std::size_t>(corner[0])];
@@ -81,7 +80,7 @@ public:
         low = low < c ? low : c;
         high = high < c ? c : high;
         if (around == 0.0) return {low - slack(low), high + slack(high)};
-        // Two more operations round: the sum with `around`, and the box with the sum.
+        // Two further roundings: the sum with `around`, and the box with the sum.
         const float wider = round_up(around) * (1.0F + 0x1p-20F);
         return {low - (2.0F * slack(low) + wider), high + (2.0F * slack(high) + wider)};
     }
@@ -91,8 +90,8 @@ private:
     std::vector<Float4> points_;
 };
 
-/// Box of a body's vertices, of a body with triangles; says which body pairs are worth a query. In the order of
-/// memory; a vertex that no triangle uses makes it larger, which costs a query and loses nothing.
+/// Box of the vertices of a body with triangles, to select body pairs for queries. Vertices outside any triangle only
+/// enlarge it.
 inline Box box_of_body(const Topology& /*topology*/, const Frame& frame, const BodyRange& body) {
     Box box;
     if (body.triangles.count == 0) return box;
@@ -100,22 +99,22 @@ inline Box box_of_body(const Topology& /*topology*/, const Frame& frame, const B
     return box;
 }
 
-/// Whether a body has to be followed this tick. Every baseline is spared the bodies at rest, as its users would spare
-/// it.
+/// True unless the frame reports the body at rest. All baselines skip bodies at rest.
 inline bool may_have_moved(const Frame& frame, const BodyRange& body) {
     return !frame.moved || std::any_of(frame.moved->begin(), frame.moved->end(), [&body](Range moved) {
         return moved.first < body.vertices.end() && body.vertices.first < moved.end();
     });
 }
 
-/// The box with `around` (m, >= 0) on all sides.
+/// Box enlarged by `around` (m, >= 0) on all sides.
 inline Box grown(Box box, double around) {
     box.min.array() -= around;
     box.max.array() += around;
     return box;
 }
 
-/// Appends a pair to the near ones when its triangles do not meet and are at most `query_distance` apart.
+/// Appends a pair to contacts.near when its triangles do not intersect and are at most `query_distance` (query
+/// distance, m) apart.
 inline void test_near(const Topology& topology, const Frame& frame, TrianglePair pair, double query_distance,
                       ContactSet& contacts) {
     ++contacts.work.triangle_tests;
@@ -125,8 +124,8 @@ inline void test_near(const Topology& topology, const Frame& frame, TrianglePair
         contacts.near.push_back(pair);
 }
 
-/// Tests one candidate exactly: appends it to the pairs when the closed triangles meet, to the near ones when they are
-/// at most contacts.reach apart.
+/// Exact test of one candidate. Appends it to contacts.pairs when the closed triangles intersect, else to contacts.near
+/// when they are at most `contacts.reach` apart.
 inline void test_candidate(const Topology& topology, const Frame& frame, Index a, Index b, ContactSet& contacts) {
     ++contacts.work.triangle_tests;
     const Corners first = corners_of(topology, frame, a);

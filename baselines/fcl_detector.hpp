@@ -1,5 +1,5 @@
-// What the FCL adapters have in common: trees of a topology's bodies, and a detector's life around them. When the
-// library throws, the tick ends as `threw`, and what was built is built anew at the next one.
+// Base of the FCL adapters: trees of the bodies, and the detector's life cycle. When FCL throws, the tick ends as
+// `threw` and the trees are rebuilt at the next tick.
 #pragma once
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -17,12 +17,12 @@
 
 namespace trocar::baselines {
 
-/// Throws when the library refused.
+/// Throws on an FCL error code.
 inline void check(int code) {
     if (code != fcl::BVH_OK) throw std::runtime_error(fmt::format("BVH error code {}", code));
 }
 
-/// One body's triangles and its vertices times `scale` as a tree; null for a body without triangles. Throws.
+/// BVH of one body, its vertices multiplied by `scale`; null without triangles. Throws on an FCL error.
 template <typename Volume>
 std::unique_ptr<fcl::BVHModel<Volume>> build_model(const Topology& topology, const Frame& frame, const BodyRange& body,
                                                    double scale = 1.0) {
@@ -45,7 +45,7 @@ std::unique_ptr<fcl::BVHModel<Volume>> build_model(const Topology& topology, con
     return model;
 }
 
-/// A detector that needs to say only what it does with the library; all four functions may throw.
+/// Detector base; derived classes implement four functions, all of which may throw.
 class FclDetector : public Detector {
 public:
     void prepare(const Topology& topology, const Frame& frame) final {
@@ -57,7 +57,7 @@ public:
     void update(const Frame& frame, double query_distance) final {
         query_distance_ = query_distance;
         if (!is_answerable(*topology_, frame)) return;
-        if (!built_) try_to(Step::build, frame);  // the first frame could not be built from
+        if (!built_) try_to(Step::build, frame);  // the first frame could not be built
         if (failure_.empty()) try_to(Step::follow, frame);
     }
 
@@ -80,18 +80,18 @@ public:
 protected:
     [[nodiscard]] const Topology& topology() const { return *topology_; }
     [[nodiscard]] double query_distance() const { return query_distance_; }
-    /// Whether query() finds pairs within the query distance(); if not, it is asked at reach 0 only.
+    /// True when query() supports a query distance > 0.
     [[nodiscard]] virtual bool answers_within_query_distance() const { return false; }
     [[nodiscard]] const BodyRange& body(Index number) const {
         return topology_->bodies[static_cast<std::size_t>(number)];
     }
-    /// Drops what was built.
+    /// Deletes the trees.
     virtual void forget() = 0;
-    /// Builds for a frame that can be answered.
+    /// Builds the trees. Precondition: the frame passes is_answerable.
     virtual void build(const Frame& frame) = 0;
-    /// Brings what was built to a frame that can be answered.
+    /// Updates the trees to the frame. Precondition: the frame passes is_answerable.
     virtual void follow(const Frame& frame) = 0;
-    /// Fills the empty contacts, sorted; `frame` is what follow() was reported.
+    /// Fills the empty contacts, sorted; `frame` is that of the last follow().
     virtual void query(const Frame& frame, ContactSet& contacts) = 0;
 
 private:

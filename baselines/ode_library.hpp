@@ -1,5 +1,5 @@
-// Starting and stopping the ODE library, once per process and once per thread, for all methods that use it: a second
-// initialisation while the first is alive trips ODE's own run-time checks.
+// Initializes and closes ODE for all methods, once per process and thread. A second initialization of a running ODE
+// fails its run-time checks.
 #pragma once
 
 #include <ode/ode.h>
@@ -11,8 +11,8 @@
 
 namespace trocar {
 
-/// Call before any other use of ODE in a thread. Initialises the library at the first call of the process, with its
-/// message handlers silenced, and this thread's collision data at the first call of the thread.
+/// Call before any other use of ODE in a thread. The first call of the process initializes ODE and silences its message
+/// handlers. The first call of a thread allocates its collision data.
 inline void use_ode() {
     struct Library {
         [[noreturn]] static void throw_message(int /*number*/, const char* format, va_list arguments) {
@@ -22,10 +22,10 @@ inline void use_ode() {
         }
         Library() {
             dInitODE2(0);
-            // ODE prints to stderr in the middle of a query otherwise (full contact buckets, degenerate triangles).
+            // ODE otherwise prints to stderr during queries (full contact buckets, degenerate triangles).
             dSetMessageHandler([](int, const char*, va_list) {});
-            // A failed run-time check inside ODE would abort the process. As an exception it fails one query: ODE
-            // clears the state of a query at the start of the next.
+            // A failed run-time check of ODE aborts the process by default. As an exception it fails one query; ODE
+            // resets its query state at the next.
             dSetDebugHandler(throw_message);
             dSetErrorHandler(throw_message);
         }
@@ -40,11 +40,10 @@ inline void use_ode() {
     (void)ready;
 }
 
-/// "0.16.2" from the library's own description of its build is not to be had; the package says it. What can be asked:
-/// precision, collider and checks, as one text.
+/// ODE's build configuration as text: precision, collider and checks. ODE does not report its version number.
 inline std::string ode_configuration() { return dGetConfiguration(); }
 
-/// True when the library and its headers agree on the size of a number.
+/// True when library and headers use the same floating-point size.
 inline bool ode_precision_matches() {
     return (dCheckConfiguration("ODE_double_precision") != 0) == (sizeof(dReal) == sizeof(double));
 }

@@ -1,6 +1,5 @@
-// The benchmark's report out of its records and nothing else: the same records give the same bytes. Tables of times,
-// ratios with intervals, work and memory; charts over size, pairs, bodies and cell edge; and the thesis' Table 3.1
-// answered with numbers.
+// Creates the benchmark's report from records only; equal records give equal bytes. It has tables of times, ratios,
+// work and memory, charts over the sweeps, and the thesis' Table 3.1 with numbers.
 #pragma once
 
 #include <filesystem>
@@ -15,9 +14,9 @@ namespace trocar::bench {
 
 struct BenchReport {
     std::map<std::string, std::string> files;  ///< path relative to the report's folder -> content
-    std::string page_one;                      ///< what a terminal shows
-    Document document;                         ///< what the files were written from
-    /// Methods that claim exactness and differed from truth somewhere: "label in cell".
+    std::string page_one;                      ///< page 1 as plain text for a terminal
+    Document document;                         ///< document behind the files
+    /// Methods that claim exactness and differed from the oracle: "label in cell".
     std::vector<std::string> broken_claims;
 };
 

@@ -1,5 +1,5 @@
-// Who takes part in the detection benchmark: every registered detector, each in the settings a reader asks for. The
-// table of settings is data; a detector that the table does not know takes part with its defaults.
+// Methods of the detection benchmark: every registered detector with several settings. Detectors missing from the table
+// of settings run with their defaults.
 #pragma once
 
 #include <cstdint>
@@ -13,52 +13,52 @@
 
 namespace trocar::bench {
 
-/// Which cells a method takes part in, besides those that name it.
+/// Cells in which a method runs, besides those that name it.
 enum class Part : std::uint8_t { everywhere, settings_cell };
 
 struct Method {
-    std::string label;    ///< method text; copies end in " (again)"
+    std::string label;    ///< method text; repeated measurements end in " (again)"
     std::string method;   ///< NAME[:key=value…], empty for the bench's own broad phases
     std::string library;  ///< "FCL 0.7.0"
-    std::string family;   ///< "ohc", "tree", "cells", "boxes", "none": the columns of the thesis' Table 3.1
-    std::string narrow;   ///< who decides the triangle pairs
+    std::string family;   ///< "ohc", "tree", "cells", "boxes", "none": columns of the thesis' Table 3.1
+    std::string narrow;   ///< name of the narrow phase
     bool own = false;
     bool claims_exact = false;
-    bool query_distance = false;         ///< its detector answers within a query distance
-    bool within_query_distance = false;  ///< asked within the cell's reach, not for meeting pairs alone
+    bool query_distance = false;         ///< its detector supports a query distance
+    bool within_query_distance = false;  ///< queried with the cell's query distance, not for intersecting pairs only
     Part part = Part::everywhere;
-    /// Scenes with more triangles leave it out, as its time would buy nothing; 0 = no limit. Quick runs and full ones.
+    /// Limit of triangles for quick and full runs, to bound the time; 0 = no limit.
     std::int64_t most_triangles_quick = 0;
     std::int64_t most_triangles_full = 0;
     std::function<std::unique_ptr<Detector>()> make;
 };
 
-/// What cannot take part, with the reason.
+/// A method that is not available, with the reason.
 struct Missing {
     std::string name;
     std::string reason;
 };
 
-/// Table order: ours, then baselines. Settings of absent detectors and keys that a detector does not declare go to
-/// `missing`.
+/// Methods in table order: ours, then other libraries. Absent detectors and undeclared setting keys go to `missing`.
 std::vector<Method> methods(const Registry& registry, std::vector<Missing>& missing);
 
-/// The search for a detector's best setting: every method text that is tried on a scene. Without parameters: what this
-/// project recommends, the adapter's defaults.
+/// Parameter search of a detector: every method text to measure on a scene. A text without parameters is the adapter's
+/// default, which this project recommends.
 struct Search {
-    std::string name;             ///< of the detector
-    std::string library_default;  ///< what a user gets who chooses nothing, as far as the adapter has it
+    std::string name;             ///< detector name
+    std::string library_default;  ///< the library's own default, as far as the adapter offers it
     std::vector<std::string> tried;
 };
 
-/// For detectors with settings that change the time and not the answer. `edge`: mean edge of the scene's tissue, m.
+/// Searches for detectors whose settings change the time and not the result. `edge`: mean edge of the scene's tissue,
+/// m.
 std::vector<Search> searches(double edge);
 
-/// The two that ratios are taken to.
+/// Denominators of ratios.
 inline constexpr std::string_view embree_anchor = "embree_collide";
 inline constexpr std::string_view fcl_anchor = "fcl_bvh";
 
-/// One method made from a method text, for sweeps. Throws InputError as make_detector does.
+/// Method for a method text, for sweeps. Throws InputError as make_detector does.
 Method method_of(const std::string& method);
 
 }  // namespace trocar::bench

@@ -1,5 +1,5 @@
-// Single stages by Google Benchmark: the triangle tests, derive and every registered response per triangle pair, the
-// thesis' response per class and case, and every registered detector with its defaults on one small scene.
+// Single stages with Google Benchmark. Covered: triangle tests, `derive`, every response per triangle pair, the thesis'
+// response per class and case, every detector on one small scene.
 #pragma once
 
 #include <vector>
@@ -8,8 +8,8 @@
 
 namespace trocar::bench {
 
-/// Names "triangle test exact, apart", "derive", "response thesis", "detector ohc". Empty without Google Benchmark,
-/// with the reason in `missing`.
+/// Result names: "triangle test exact, apart", "derive", "response thesis", "detector ohc". Empty without Google
+/// Benchmark, with the reason in `missing`.
 std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& missing);
 
 }  // namespace trocar::bench

@@ -1,5 +1,5 @@
-// Real triangle pairs of every class and case of thesis §3.4, so that the time of a response per pair is known for
-// each: a block of balls or a fold's edges pressed into a surface, contacts by the shared stage `derive`.
+// Triangle pairs of every class and case of thesis §3.4, to measure the response time per pair. Balls or the edges of a
+// fold are pressed into a surface; contacts come from `derive`.
 #pragma once
 
 #include <string>
@@ -15,11 +15,11 @@ struct PairClass {
     Topology topology;
     Materials materials;
     Frame frame;
-    ContactSet contacts;  ///< of this class and case only
+    ContactSet contacts;  ///< contacts of this class and case only
     static constexpr double dt = 1e-3;
 };
 
-/// I2I, I2R, I2T (three cases), R2T and T2T, some dozens of contacts each; those of crossing edges apart.
+/// I2I, I2R, I2T (three cases), R2T and T2T, some dozens of contacts each; crossing edges are separate entries.
 std::vector<PairClass> pair_classes();
 
 }  // namespace trocar::bench

@@ -1,5 +1,4 @@
-// What a row of a benchmark cell says: its times, ratios to other rows with intervals, memory, and whether its pair
-// sets are right.
+// Figures of a row of a benchmark cell: times, ratios with intervals, memory, correctness of the pair sets.
 #pragma once
 
 #include <cmath>
@@ -20,7 +19,7 @@ inline constexpr const char* main_cell = "size: light 20k x 2k";
 
 std::vector<double> step_times(const MethodResult& row);  ///< µs
 std::vector<double> in_us(const std::vector<std::int64_t>& ns);
-/// µs per step; NaN for a row that failed.
+/// µs per step; NaN for a failed row.
 double median_time(const MethodResult& row);
 
 struct Ratio {
@@ -29,13 +28,13 @@ struct Ratio {
     [[nodiscard]] bool known() const { return !std::isnan(value); }
 };
 
-/// How many times longer `slow` takes than `fast`, over the steps that both have.
+/// Time of `slow` relative to `fast`, over their common steps.
 Ratio ratio_of(const MethodResult& slow, const MethodResult& fast);
-/// ≈ in front where |log ratio| is within `floor`.
+/// Prefixed by ≈ where |log ratio| is within `floor`.
 std::string ratio_text(const Ratio& ratio, double floor);
 std::string time_text(double value);
 double memory_mb(const MethodResult& row);
-/// "exact", or what is wrong with the pair sets.
+/// "exact", or the errors of the pair sets.
 std::string pairs_text(const MethodResult& row);
 
 bool is_default(const MethodResult& row);

@@ -1,5 +1,5 @@
-// The benchmark's report while it is written: what all of its tables share. Each report_*.cpp holds the tables of one
-// subject; bench_report.cpp decides their order.
+// Writer of the benchmark's report, shared by all tables. Each report_*.cpp has the tables of one subject;
+// bench_report.cpp orders them.
 #pragma once
 
 #include <functional>
@@ -27,10 +27,10 @@ private:
     [[nodiscard]] const MethodResult* row(std::string_view id, std::string_view label) const;
     [[nodiscard]] double time(std::string_view id, std::string_view label) const;
     [[nodiscard]] std::vector<const CellRecord*> group(Group wanted) const;
-    /// Labels in order of appearance, those for which `wanted` holds.
+    /// Labels in order of appearance for which `wanted` holds.
     [[nodiscard]] std::vector<std::string> labels(const std::vector<const CellRecord*>& cells,
                                                   const std::function<bool(const MethodResult&)>& wanted) const;
-    /// Our default detectors that are methods for speed: those of the cascade, in table order.
+    /// Labels of our default detectors of the cascade, in table order.
     [[nodiscard]] std::vector<std::string> own_labels() const;
 
     void find_floor();
@@ -52,9 +52,9 @@ private:
     /// "375, `embree_collide:leaf=cluster`"
     static std::string fastest_baseline(const CellRecord& record);
     void targets();
-    /// Rows of cost against cost of the same method.
+    /// Ratios of the time or work of each own method to its own time or work in other cases.
     void own_growth(const std::vector<std::string>& own);
-    /// Every default and every bounding volume gets a colour and a shape of its own, the same in all charts.
+    /// Assigns each default and each bounding volume one colour and shape, equal in all charts.
     MarkStyle mark_of(const std::string& label);
 
     using Axis = std::function<double(const CellRecord&)>;
@@ -75,12 +75,12 @@ private:
     void cell_sweep();
     void orders();
 
-    // ---- machine, libraries, and their default, recommended and tuned settings ----
+    // ---- machine, libraries, default, recommended and tuned settings ----
 
     void origin();
     void fairness();
     void settings();
-    /// Mean time of a step over the first or the second half of a row's steps, µs: periodic rebuilds count.
+    /// Mean time of a step over the first or second half of a row's steps, µs; includes periodic rebuilds.
     static double half_mean(const MethodResult& entry, bool second);
 
     void tuning();
@@ -93,7 +93,7 @@ private:
     void table_31();
     void micro();
 
-    // ---- everything, for machines and readers with time ----
+    // ---- all cells, CSV files, rebuild instructions ----
 
     void every_cell();
     void rebuild();
@@ -109,7 +109,7 @@ private:
     Document document_;
     BenchReport report_;
     std::vector<Floor> floors_;
-    double floor_ = 0.0;  ///< |log ratio| that two runs of the same method stay below in nine of ten cells
+    double floor_ = 0.0;  ///< |log ratio| of repeated measurements of one method, not exceeded in nine of ten cells
     std::vector<std::string> marked_;
 };
 

@@ -1,6 +1,6 @@
-// Scenes of the detection benchmark: a moving instrument and a deforming tissue of any size, made by formula and the
-// same to the last bit on every machine for the same specification. A frame is a pure function of its step, so that
-// methods that are measured in turns all see the same frames and none has to be stored.
+// Generated scenes of the detection benchmark: a moving instrument and a deforming tissue of any size. Equal
+// specifications give bit-identical scenes on every machine. A frame is a pure function of its step, so interleaved
+// methods use equal frames without storage.
 #pragma once
 
 #include <cstdint>
@@ -12,33 +12,33 @@
 
 namespace trocar::bench {
 
-/// What the instrument does with the tissue. In all but `local` every tissue vertex moves every step.
+/// Motion of the instrument relative to the tissue. Every tissue vertex moves in every step, except in `local`.
 enum class Variant : std::uint8_t {
-    light,     ///< jaws and a part of the shaft dip into the surface: about 200 true pairs with a 2k instrument
+    light,     ///< jaws and part of the shaft dip into the surface: about 200 true pairs with a 2k instrument
     deep,      ///< the instrument lies in the surface along its whole length
-    near,      ///< it hovers in a hollow: the bodies' boxes overlap, nothing touches
-    far,       ///< it is a slab's length away
-    rotating,  ///< light, and the instrument turns about its axis by 5 degrees a step
-    strain,    ///< light, and the tissue is stretched by up to 20 % from the shape it was prepared in
-    local      ///< light, and only the upper side within 8 mm of the contact moves; the frame reports the moved ranges
+    near,      ///< it hovers in a hollow: the boxes of the bodies overlap, no triangles intersect
+    far,       ///< it is one slab length away
+    rotating,  ///< as light; the instrument turns about its axis by 5 degrees per step
+    strain,    ///< as light; the tissue is stretched by up to 20 % relative to the shape at prepare
+    local      ///< as light; only the upper side within 8 mm of the contact moves, and the frame lists the moved ranges
 };
 std::string_view name_of(Variant variant);
 
 /// Numbering of vertices and triangles within each body.
 enum class VertexOrder : std::uint8_t {
-    renumbered,  ///< along a space-filling curve, once, at load: the order a careful simulator would choose
-    generated,   ///< as the shape's maker wrote it, face by face and row by row
-    shuffled     ///< at random: the worst a mesh file can do
+    renumbered,  ///< along a space-filling curve, once at load
+    generated,   ///< as generated, face by face and row by row
+    shuffled     ///< random permutation, the worst case
 };
 std::string_view name_of(VertexOrder order);
 
-/// Everything that decides a scene's bits.
+/// All parameters of a scene.
 struct SceneSpec {
     Variant variant = Variant::light;
-    Index tissue_triangles = 20000;     ///< per tissue; the slab has the nearest number that its grid allows
-    Index instrument_triangles = 2000;  ///< per instrument; likewise
+    Index tissue_triangles = 20000;     ///< per tissue; rounded to what the slab's grid allows
+    Index instrument_triangles = 2000;  ///< per instrument; rounded likewise
     Index tissues = 1;
-    Index instruments = 1;  ///< dealt out to the tissues in turn, at most two for each
+    Index instruments = 1;  ///< distributed over the tissues in turn, at most two each
     VertexOrder order = VertexOrder::renumbered;
     std::uint64_t seed = 1;
 
@@ -47,10 +47,10 @@ struct SceneSpec {
     bool operator==(const SceneSpec&) const = default;
 };
 
-/// Triangle counts as people write them: 500, 20k, 1M.
+/// Short triangle counts: 500, 20k, 1M.
 std::string short_count(std::int64_t count);
 
-/// Closed slabs of 0.1 × 0.1 × 0.01 m whose top lies at z = 0, and instruments (shaft and two jaws, 0.12 m long).
+/// Closed slabs of 0.1 × 0.1 × 0.01 m with the top at z = 0, and instruments (shaft and two jaws, 0.12 m long).
 class ContactScene {
 public:
     /// Throws std::invalid_argument for counts below 100 triangles or more than two instruments per tissue.
@@ -59,27 +59,27 @@ public:
     [[nodiscard]] const SceneSpec& spec() const { return spec_; }
     [[nodiscard]] const Topology& topology() const { return topology_; }
     [[nodiscard]] static double dt() { return 0.001; }  ///< s
-    /// m; mean edge of the first tissue's triangles before it moves.
+    /// m, mean edge of the first tissue at rest.
     [[nodiscard]] double tissue_edge() const { return tissue_edge_; }
-    /// Writes positions, previous positions, velocities, tick and time of `step` >= 0. Cheapest when `frame` holds the
-    /// step before; what it holds otherwise makes no difference to the result.
+    /// Writes positions, previous positions, velocities, tick and time of `step` >= 0. Fastest when `frame` holds the
+    /// previous step; the result does not depend on it.
     void write(std::int64_t step, Frame& frame) const;
 
 private:
-    /// Rest shape of one tissue with what its motion needs: sines and cosines of two crossing waves at each vertex.
+    /// Rest shape of one tissue, with sines and cosines of two crossing waves at each vertex.
     struct Tissue {
         Range vertices;
         Matrix3X rest;  ///< 3×n, m, world
         Eigen::Array<double, 4, Eigen::Dynamic> wave;
-        std::vector<Index> local;  ///< variant local: vertices that move, numbers within the tissue
+        std::vector<Index> local;  ///< variant local: moving vertices, numbered within the tissue
         std::vector<double> weight;
     };
     struct Instrument {
         Range vertices;
-        Matrix3X rest;                   ///< 3×n, m, each part in the frame of its shape
+        Matrix3X rest;                   ///< 3×n, m, each part in its local frame
         std::vector<std::uint8_t> part;  ///< 0 shaft, 1 and 2 jaws
-        Vector3 tip = Vector3::Zero();   ///< m, world, where the tip is held
-        double yaw_degrees = 0.0;        ///< about z: where the shaft leans to
+        Vector3 tip = Vector3::Zero();   ///< m, world, position of the tip
+        double yaw_degrees = 0.0;        ///< about z: direction of the shaft
     };
 
     [[nodiscard]] Vector3 contact_centre(const Instrument& instrument) const;
@@ -97,8 +97,8 @@ private:
     std::vector<Range> moved_;  ///< variant local
 };
 
-/// Small deforming bodies for the sweep over the number of bodies: `count` geodesic spheres of about `triangles`
-/// triangles on a cubic lattice, wobbling, each reaching a little into its neighbours along x, all tested against all.
+/// Deforming bodies for the sweep over the number of bodies: `count` geodesic spheres of about `triangles` triangles on
+/// a cubic lattice. They wobble and overlap slightly with their neighbours along x. All pairs of bodies are tested.
 class ManyBodies {
 public:
     ManyBodies(Index count, Index triangles, std::uint64_t seed);

@@ -1,5 +1,5 @@
-// Works off the plan of cells, one child process per cell, and keeps every finished cell, so that an interrupted
-// benchmark goes on where it stopped. Another binary, a baseline updated on the system included, starts anew.
+// Executes the plan with one child process per cell. Finished cells are stored, so that an interrupted benchmark
+// resumes. A changed binary or library invalidates them.
 #pragma once
 
 #include <filesystem>
@@ -11,12 +11,12 @@
 namespace trocar::bench {
 
 struct SessionOptions {
-    std::filesystem::path directory;  ///< finished cells go to directory/cells, the result to directory/records.jsonl
+    std::filesystem::path directory;  ///< finished cells: directory/cells; result: directory/records.jsonl
     /// Program and arguments to which "--child-cell ID --child-output FILE [--without LABEL …]" is appended.
     std::vector<std::string> child_command;
     std::vector<CellSpec> plan;
     double time_limit_s = 1200.0;  ///< per cell
-    bool progress = false;         ///< a line per cell on stderr
+    bool progress = false;         ///< true: one line per cell on stderr
 };
 
 struct SessionResult {
@@ -25,16 +25,16 @@ struct SessionResult {
     int found = 0;  ///< finished cells of an earlier start
 };
 
-/// Measures what is missing and writes records.jsonl in plan order; when interrupted, finished cells stay and no
-/// records.jsonl is written. A method that takes its cell down is set aside and the cell is measured without it.
-/// Throws InputError when the directory cannot be used or another session is in it.
+/// Measures the missing cells and writes records.jsonl in plan order. An interruption keeps finished cells and writes
+/// no records.jsonl. A cell whose method crashes or hangs is measured again without that method. Throws InputError when
+/// the directory is not usable or another session uses it.
 SessionResult run_session(const SessionOptions& options);
 
-/// What the child does: measures one cell of the plan and writes its line beside `output`, then renames.
+/// Child process: measures one cell of the plan and writes its line to a temporary file, which is renamed to `output`.
 void run_child(const std::vector<CellSpec>& plan, const std::string& id, const std::vector<std::string>& without,
                const std::filesystem::path& output);
 
-/// Reads a records.jsonl; throws InputError with the line.
+/// Reads a records.jsonl. Throws InputError with the line number.
 std::vector<CellRecord> read_cells(const std::filesystem::path& file);
 
 }  // namespace trocar::bench

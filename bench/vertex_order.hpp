@@ -1,5 +1,4 @@
-// Renumbering of a mesh's vertices and triangles, once, before any method sees it. Every method gets the same
-// numbering, so the gain or loss belongs to the scene and not to a method.
+// Permutes the vertices and triangles of a mesh once, before any method prepares. All methods get the same order.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +9,7 @@
 
 namespace trocar::bench {
 
-/// splitmix64 (Steele, Lea and Flood 2014): standard distributions differ between libraries, this does not.
+/// splitmix64 (Steele, Lea and Flood 2014). Unlike standard distributions, it is equal on every standard library.
 class Random {
 public:
     explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -21,7 +20,7 @@ public:
         z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
         return z ^ (z >> 31U);
     }
-    /// 0 … count-1; the bias of the remainder is below 2^-40 for any count of ours.
+    /// Integer in 0 … count-1; the modulo bias is below 2^-40 for the counts used here.
     std::size_t below(std::size_t count) { return static_cast<std::size_t>(next() % count); }
     /// In [-1, 1).
     double signed_unit() { return static_cast<double>(next() >> 11U) * 0x1p-52 - 1.0; }
@@ -30,11 +29,11 @@ private:
     std::uint64_t state_;
 };
 
-/// Vertices along the Morton curve of their positions, triangles along that of their centres. Entry k of the result is
-/// the number that vertex k had before.
+/// Sorts vertices along the Morton curve of their positions, and triangles along that of their centres. Entry k of the
+/// result is the old number of vertex k.
 std::vector<Index> renumber_along_curve(Surface& surface);
 
-/// A random permutation of both; result as above.
+/// Random permutation of both; result as above.
 std::vector<Index> shuffle(Surface& surface, Random& random);
 
 }  // namespace trocar::bench

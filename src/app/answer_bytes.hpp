@@ -1,4 +1,4 @@
-// How a child process hands numbers and texts to its parent: their bytes one after the other.
+// Serializes numbers and texts from a child process to its parent, as raw bytes.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@ inline void append(const std::string& text, std::string& bytes) {
     bytes += text;
 }
 
-/// Takes apart what append put together.
+/// Deserializes the output of append.
 class AnswerBytes {
 public:
     explicit AnswerBytes(const std::string& bytes) : rest_(bytes) {}

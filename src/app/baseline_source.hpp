@@ -1,4 +1,4 @@
-// The frames that `trocar baseline` works on and the answers to them: what detectors say and what a recording carries.
+// Frames for `trocar baseline`, and the contacts on them from detectors and recordings.
 #pragma once
 
 #include <cstdint>
@@ -19,20 +19,20 @@
 
 namespace trocar::app {
 
-/// A scene or a recording as frames that can be had again and again.
+/// A scene or recording as repeatable frames.
 class BaselineSource {
 public:
-    /// Throws InputError: no such file, a bad one, contacts that are malformed, no frames.
+    /// Throws InputError for a missing or invalid file, malformed contacts, or no frames.
     BaselineSource(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data);
     [[nodiscard]] std::unique_ptr<FrameSource> frames() const;
-    /// With the hashes of this source, and no answer.
+    /// Baseline with the hashes of this source and without contacts.
     [[nodiscard]] ContactBaseline empty_baseline(std::int64_t every) const;
     [[nodiscard]] const std::filesystem::path& file() const { return file_; }
     [[nodiscard]] const std::string& name() const { return name_; }
     [[nodiscard]] std::int64_t ticks() const { return ticks_; }
-    /// What a recording carries; none of a scene and of a recording without contacts.
+    /// Contacts of a recording; empty for a scene and for a recording without contacts.
     [[nodiscard]] const std::optional<std::vector<RecordedTick>>& recorded() const { return recorded_; }
-    /// With the bodies' names; numbers as in the file of a recording.
+    /// Adds body names and, for a recording, the triangle numbers of its file.
     [[nodiscard]] NamedDifference named(const ContactDifference& difference) const;
 
 private:
@@ -45,15 +45,15 @@ private:
     std::int64_t ticks_ = 0;
 };
 
-/// What a detector says on every `stream.every`-th tick. It works in a process of its own, since a library may crash on
-/// what it is given; that is an outcome then.
+/// Contacts of a detector on every `stream.every`-th tick. It runs in a child process, so that a crash of a library
+/// becomes an outcome.
 BaselineAnswer ask_detector(const MethodSpec& method, const BaselineSource& source, const ContactBaseline& stream,
                             double time_limit_s);
 
-/// What the recording carries on every `every`-th tick. Precondition: it carries contacts.
+/// Contacts of the recording on every `every`-th tick. Precondition: it has contacts.
 BaselineAnswer recorded_as_answer(const BaselineSource& source, std::int64_t every);
 
-/// Holds the pairs of every answer that has some against truth, on the ticks that it speaks of.
+/// Compares the pairs of all entries with the exact oracle, on their own ticks.
 std::map<std::string, TruthComparison> hold_against_truth(const ContactBaseline& answers, const BaselineSource& source);
 
 }  // namespace trocar::app

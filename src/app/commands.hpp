@@ -1,5 +1,5 @@
-// One plain structure of options and one function per command. command_line.cpp fills the structures from the command
-// line, so that the heavy parser header stays in one file; each function returns the exit status (DESIGN §10).
+// One struct of options and one function per command. command_line.cpp fills the structs, so that the parser header
+// stays in one file. Each function returns the exit status (DESIGN §10).
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ namespace trocar::app {
 /// Exit status of the program.
 enum ExitStatus : int { done = 0, comparison_failed = 1, bad_input = 2, method_failed = 3, interrupted = 130 };
 
-/// Given to every command.
+/// Options of every command.
 struct CommonOptions {
     bool json = false;                               ///< one JSON document on stdout, messages on stderr
     std::optional<std::filesystem::path> data = {};  ///< --data, else $TROCAR_DATA
@@ -73,13 +73,13 @@ int run(const CommonOptions& common, const RunOptions& options);
 
 struct ViewOptions {
     std::vector<std::filesystem::path> inputs;  ///< one scene, one recording, or report folders
-    std::vector<std::string> responses;         ///< empty: hold; of a report: ours and the best other
+    std::vector<std::string> responses;         ///< empty: hold; for a report: ours and the best other
     std::string detector = "ohc_clustered";
-    std::string contacts;  ///< contact generator; empty: each response's own
+    std::string contacts;  ///< contact generator; empty: each response's default
     std::string stepper;   ///< NAME[:key=value…]; empty: the default one
     std::optional<std::int64_t> ticks;
-    std::string scene;   ///< of a report: name, or file
-    bool pages = false;  ///< a page for every scene of a report, in its folder
+    std::string scene;   ///< for a report: scene name or file
+    bool pages = false;  ///< create a page for every scene of a report, in its folder
     std::optional<std::filesystem::path> output;
 };
 int view(const CommonOptions& common, const ViewOptions& options);
@@ -87,11 +87,11 @@ int view(const CommonOptions& common, const ViewOptions& options);
 struct ExportOptions {
     std::filesystem::path source;  ///< scene (.json) or recording
     std::string to;                ///< paraview | gltf | obj
-    std::filesystem::path output;  ///< a new or empty folder
-    MethodChoice methods;          ///< of a scene
+    std::filesystem::path output;  ///< new or empty folder
+    MethodChoice methods;          ///< for a scene
     std::optional<std::int64_t> ticks;
-    std::optional<std::int64_t> every;     ///< absent: so that about 60 frames are written
-    std::vector<std::int64_t> more_ticks;  ///< written too
+    std::optional<std::int64_t> every;     ///< default: chosen for about 60 frames
+    std::vector<std::int64_t> more_ticks;  ///< additional ticks to write
 };
 int export_frames(const CommonOptions& common, const ExportOptions& options);
 
@@ -105,12 +105,12 @@ int explain(const CommonOptions& common, const ExplainOptions& options);
 
 struct StudyOptions {
     std::filesystem::path file;
-    int jobs = 1;                                 ///< side by side, of runs that nobody times
-    std::vector<std::string> with;                ///< methods that take part beside those of the file
+    int jobs = 1;                                 ///< parallel runs, untimed ones only
+    std::vector<std::string> with;                ///< additional methods
     std::optional<std::filesystem::path> output;  ///< default build/reports/<study>
     bool publish = false;                         ///< copy the finished report to reports/<study>
     bool plan_only = false;                       ///< print the run list and stop
-    /// Internal: run only this entry of the plan in this process and write its record to `child_output`.
+    /// Internal: execute only this run of the plan and write its record to `child_output`.
     std::optional<std::int64_t> child_run;
     std::optional<std::filesystem::path> child_output;
 };
@@ -120,14 +120,15 @@ struct ReportOptions {
     std::filesystem::path directory;
     std::optional<std::filesystem::path> against;  ///< compare with these records instead of writing a report
     double tolerance = 1.0e-9;                     ///< relative, for --against
-    bool picture = false;                          ///< run the picture's two runs once more and keep what they show
-    std::optional<std::filesystem::path> study;    ///< its file, where the records do not name it from here
+    bool picture = false;  ///< repeat the two runs of the picture and store their cross-sections
+    /// study file, when the records do not name it relative to the working directory
+    std::optional<std::filesystem::path> study;
 };
 int report(const CommonOptions& common, const ReportOptions& options);
 
 struct TableOptions {
     std::filesystem::path records;     ///< a report's folder, or its records.jsonl
-    std::vector<std::string> columns;  ///< NAME[:UNIT]; empty: a choice that suits the records
+    std::vector<std::string> columns;  ///< NAME[:UNIT]; empty: default columns
     std::vector<std::string> where;    ///< NAME=VALUE or NAME!=VALUE
     std::vector<std::string> sort;     ///< NAME[:desc]
     std::string format = "md";         ///< md | tex | csv
@@ -136,30 +137,31 @@ int table(const CommonOptions& common, const TableOptions& options);
 
 struct ReferenceOptions {
     std::vector<std::filesystem::path> scenes;
-    bool check = false;                  ///< only say whether the stored ones fit; nothing is made
+    bool check = false;                  ///< only report whether stored references are current; computes nothing
     std::optional<double> time_step_ms;  ///< finest step instead of the scene's own
     std::optional<double> k;             ///< N/m, of every contact instead of the scene's own
-    std::string without;                 ///< store that there is none, for this reason; nothing is computed
+    std::string without;                 ///< store the absence of a reference with this reason; computes nothing
 };
 int reference(const CommonOptions& common, const ReferenceOptions& options);
 
 struct BaselineOptions {
     std::string what;                            ///< write | check
     std::vector<std::filesystem::path> sources;  ///< scenes (.json) and recordings
-    /// NAME[:parameters], all, or recorded: what a recording carries; empty: what is kept, else recorded, else all
+    /// NAME[:parameters], all, or recorded (contacts of a recording). Default: the stored ones, else recorded, else
+    /// all.
     std::vector<std::string> detectors;
     std::optional<std::filesystem::path> folder;  ///< default: baseline/ beside each source
-    std::optional<std::int64_t> every;            ///< default: as kept, else about 20 ticks of the generator
+    std::optional<std::int64_t> every;            ///< default: as stored, else about 20 ticks of the generator
     double tolerance = 1.0e-9;                    ///< m
     double time_limit_s = 600.0;                  ///< per detector and source
-    std::optional<std::filesystem::path> junit;   ///< file for a CI server, of check
+    std::optional<std::filesystem::path> junit;   ///< for `check`: JUnit file for a CI server
 };
 int baseline(const CommonOptions& common, const BaselineOptions& options);
 
 struct ScenesOptions {
-    std::vector<std::filesystem::path> places;  ///< scene files, their names, and folders; empty: trocar's own
-    bool all = false;                           ///< of trocar's own also those that only studies use
-    bool names = false;                         ///< print names and nothing else; reads no scene
+    std::vector<std::filesystem::path> places;  ///< scene files, scene names and folders; empty: shipped scenes
+    bool all = false;                           ///< include shipped scenes that only studies use
+    bool names = false;                         ///< print names only; reads no scene
 };
 int scenes(const CommonOptions& common, const ScenesOptions& options);
 

@@ -1,5 +1,4 @@
-// Runs a piece of work in a copy of this process, so that a library that crashes, hangs or prints cannot take the
-// command with it: it becomes a row with an outcome.
+// Runs a function in a forked child, so that crashes, hangs and output of a library do not affect the command.
 #pragma once
 
 #include <functional>
@@ -10,12 +9,12 @@ namespace trocar::app {
 struct IsolatedResult {
     enum class Kind { complete, crashed, timed_out };
     Kind kind = Kind::crashed;
-    std::string bytes;    ///< what the work returned, when complete
-    std::string message;  ///< one sentence, otherwise
+    std::string bytes;    ///< return value of `work`, when complete
+    std::string message;  ///< reason, otherwise
 };
 
-/// Calls `work` in a forked child, at most `time_limit_s` seconds; what the child prints goes to stderr. The caller
-/// must be single-threaded, as forked children are. Throws std::runtime_error when no child can be made.
+/// Calls `work` in a forked child for at most `time_limit_s` seconds; its output goes to stderr. Precondition: the
+/// caller is single-threaded. Throws std::runtime_error when fork fails.
 IsolatedResult call_isolated(const std::function<std::string()>& work, double time_limit_s);
 
 }  // namespace trocar::app

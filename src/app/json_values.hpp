@@ -1,4 +1,4 @@
-// Numbers as the commands' JSON writes them.
+// Numbers in the JSON output of commands.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace trocar::app {
 
-/// null where there is none: JSON has neither NaN nor infinity.
+/// null for NaN and infinity, which JSON lacks.
 inline nlohmann::ordered_json json_number(double value) {
     return std::isfinite(value) ? nlohmann::ordered_json(value) : nlohmann::ordered_json(nullptr);
 }

@@ -1,4 +1,4 @@
-// How far long work is, on stderr: one line that is written over on a terminal, a line a minute anywhere else.
+// Progress on stderr: one overwritten line on a terminal, else one line per minute.
 #pragma once
 
 #include <chrono>
@@ -9,7 +9,7 @@ namespace trocar::app {
 
 class Progress {
 public:
-    /// `unit`: what is counted, in the singular. `total`: how many there are; 0: nobody knows.
+    /// `unit`: counted item, singular. `total`: number of items; 0: unknown.
     Progress(std::string unit, std::int64_t total);
     ~Progress();
     Progress(const Progress&) = delete;
@@ -17,9 +17,8 @@ public:
     Progress(Progress&&) = delete;
     Progress& operator=(Progress&&) = delete;
 
-    /// `done` of the total are finished; `what` is being done. Cheap enough for every tick: a terminal is written to
-    /// ten times a second at most. The time left assumes that what is left takes as long as what was done since the
-    /// first call, so that work found from an earlier start does not count.
+    /// Reports `done` finished items; `what` is in progress. A terminal is written at most ten times a second. The
+    /// remaining time is extrapolated from the items since the first call, so resumed work does not count.
     void show(std::int64_t done, const std::string& what = {});
     /// Clears the terminal's line.
     void end();

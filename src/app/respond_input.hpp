@@ -1,5 +1,4 @@
-// What the laws of `respond` share: typed values read out of one case's `input`, with the place of every fault, and the
-// functions that answer each family, one file for the equations of contact and one for what moves.
+// Shared by the laws of `respond`: typed values of a case's `input`, and the functions for each family of cases.
 #pragma once
 
 #include <fmt/format.h>
@@ -24,7 +23,7 @@ using equations::Corners;
 
 inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 
-/// Reads typed values out of one case's `input` and names the place of every fault.
+/// Reads typed values of one case's `input`. Throws InputError with the JSON pointer of the fault.
 class Input {
 public:
     Input(const Json& json, std::string file, std::string pointer)
@@ -36,7 +35,7 @@ public:
         throw InputError(file_, pointer_ + "/" + key, expected, found);
     }
 
-    /// The first of `keys` that is there; a fault naming the first if none is.
+    /// First of `keys` that is present. Without any, a fault that names the first.
     [[nodiscard]] std::string one_of(std::initializer_list<const char*> keys) const {
         for (const char* key : keys) {
             if (has(key)) return key;
@@ -104,7 +103,7 @@ public:
         if (list.size() != 3) fault(key, "3 corners", fmt::format("{}", list.size()));
         return {list[0], list[1], list[2]};
     }
-    /// Velocities of a triangle's corners; zero where the case is silent.
+    /// Velocities of a triangle's corners; zero when absent.
     [[nodiscard]] Corners velocities(std::initializer_list<const char*> keys) const {
         if (!has_one_of(keys)) return {Vector3::Zero(), Vector3::Zero(), Vector3::Zero()};
         return corners(one_of(keys));
@@ -141,17 +140,17 @@ private:
 
 inline Json to_json(const Vector3& v) { return Json::array({v.x(), v.y(), v.z()}); }
 
-// respond_contact_laws.cpp: the equations of the thesis, wrench and distribution
+// respond_contact_laws.cpp: equations of the thesis, wrench and distribution
 LawAnswer vertex_in_instrument(const Input& input);    ///< 3.4
 LawAnswer edges_cross(const Input& input);             ///< 3.5, 3.9
 LawAnswer instrument_in_tissue(const Input& input);    ///< 3.6
 LawAnswer projection(const Input& input, bool rigid);  ///< 3.7-3.8, 3.10-3.11
-LawAnswer equilibrium(const Input& input);             ///< reaction of placed tissue
+LawAnswer equilibrium(const Input& input);             ///< reaction of displaced tissue in equilibrium
 LawAnswer tissue_exchange(const Input& input);         ///< 3.12-3.17
 LawAnswer wrench(const Input& input);
 LawAnswer distribution(const Input& input);
 
-// respond_motion_laws.cpp: what moves, by the tissue integrator itself
+// respond_motion_laws.cpp: motions computed with the tissue integrator
 LawAnswer mass_on_plane(const Input& input);
 LawAnswer springs_in_series(const Input& input);
 LawAnswer oscillation(const Input& input, const Json& expected);

@@ -1,5 +1,4 @@
-// What `run` and `export` share: the specification of one run from the words of the command line, and a run that can
-// be interrupted.
+// Shared by `run` and `export`: run specification from the command line, and interruption.
 #pragma once
 
 #include <csignal>
@@ -13,27 +12,28 @@
 
 namespace trocar::app {
 
-/// The methods of a run as a person names them; empty: the default one.
+/// Methods of a run as the command line gives them; empty: default.
 struct MethodChoice {
     std::string detector = "ohc_clustered";
     std::string response = "unilateral";
-    std::string contacts;                         ///< contact generator; empty: the response's own
+    std::string contacts;                         ///< contact generator; empty: the response's default
     std::string stepper;                          ///< NAME[:key=value…]
     std::string device;                           ///< key=value,…
-    std::optional<double> query_distance_margin;  ///< mean edges, see simulate/query_distance.hpp
+    std::optional<double> query_distance_margin;  ///< in mean edges, see `simulate/query_distance.hpp`
 };
 
-/// Detector, response, contacts, stepper, device and query distance margin of a closed loop, as records have them
-/// (parameters in alphabetical order). Throws InputError for an unknown or absent method and a bad value.
+/// Closed-loop specification as in records: detector, response, contact generator, stepper, device, margin of the query
+/// distance. Parameters are in alphabetical order. Throws InputError for an unknown or absent method and an invalid
+/// value.
 RunSpec spec_of(const MethodChoice& choice);
 
-/// Throws InputError unless `ticks` (--ticks) is none or what a scene may ask for, too.
+/// Throws InputError when `ticks` (--ticks) is outside the range allowed for scenes.
 void check_ticks(std::optional<std::int64_t> ticks);
 
-/// What of a specification the scene decides: name, file, hash, seed, and the ticks where `ticks` does not.
+/// Sets name, file, hash and seed of the scene, and its ticks unless `ticks` is given.
 void set_scene(const Scene& scene, std::optional<std::int64_t> ticks, RunSpec& spec);
 
-/// Takes Ctrl-C (and a polite kill) as a wish to stop after the current tick, for as long as it lives.
+/// During its lifetime SIGINT and SIGTERM request a stop after the current tick.
 class InterruptHeld {
 public:
     InterruptHeld();
@@ -47,7 +47,7 @@ private:
     struct sigaction old_interrupt_ {};
     struct sigaction old_terminate_ {};
 };
-/// True once the wish was there.
+/// True after such a request.
 bool interrupt_asked();
 
 }  // namespace trocar::app

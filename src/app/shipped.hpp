@@ -1,5 +1,5 @@
-// Finds what comes with the program (scenes, studies) from any folder, so that `trocar run i2t_poke` works in a clone
-// and after an installation alike. Both are laid out alike: scenes/NAME.json and bench/studies/NAME.json below a root.
+// Finds shipped scenes and studies, in a clone and after installation. Layout below a root: scenes/NAME.json and
+// bench/studies/NAME.json.
 #pragma once
 
 #include <filesystem>
@@ -8,29 +8,29 @@
 
 namespace trocar::app {
 
-/// Roots in the order in which they are asked, those that exist: $TROCAR_SHARE, the source tree above the program (a
-/// build in a clone), share/trocar beside the program's bin, the added one.
+/// Existing roots in search order: $TROCAR_SHARE, the source tree above the program, share/trocar beside the program's
+/// bin, the added root.
 std::vector<std::filesystem::path> shipped_roots();
 
-/// For programs that are not installed with trocar: share/trocar of the trocar they were built against. Empty: none.
+/// For programs installed elsewhere: adds share/trocar of the trocar that they link. Empty: none.
 void add_shipped_root(const std::filesystem::path& root);
 
-/// Scene files of every root, the first root's first, each name once, sorted by name within a folder: scenes/ first,
-/// then those that only studies use.
+/// Scene files of every root in order, each name once. Sorted by name within a folder: scenes/ first, then scenes that
+/// only studies use.
 std::vector<std::filesystem::path> shipped_scenes();
 
-/// Those of them that `trocar scenes` lists: without those that only studies use.
+/// Subset that `trocar scenes` lists: without scenes that only studies use.
 std::vector<std::filesystem::path> listed_scenes();
 
-/// A file that is there is itself; a path that is not is looked up below the roots; a bare name with or without .json
-/// is that of a scene. A path without a match comes back as it is, for its reader to complain of. Throws InputError
-/// with near names for a bare name that no scene has.
+/// Resolves a scene. An existing file is returned unchanged; other paths are searched below the roots; a bare name is a
+/// scene name, with or without .json. An unresolved path is returned unchanged. Throws InputError with similar names
+/// for an unknown bare name.
 std::filesystem::path find_scene(const std::filesystem::path& given);
 
-/// The same for a study.
+/// Same for a study.
 std::filesystem::path find_study(const std::filesystem::path& given);
 
-/// Up to three of `names` that `word` may have been meant for: a few letters away, or holding it; nearest first.
+/// Up to three of `names` that resemble `word` (small edit distance, or containing it), nearest first.
 std::vector<std::string> near_names(const std::string& word, const std::vector<std::string>& names);
 
 }  // namespace trocar::app

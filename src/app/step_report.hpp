@@ -1,4 +1,4 @@
-// What `trocar run --explain-step` prints.
+// Output of `trocar run --explain-step`.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace trocar::app {
 
-/// To stdout: text, or one JSON document. `stepper` may be empty: the default one.
+/// Writes to stdout: text, or one JSON document. `stepper`: empty for the default one.
 void print_step(const Scene& scene, const std::string& stepper, const StepCheck& check, bool json);
 
 }  // namespace trocar::app

@@ -1,4 +1,4 @@
-// One replay page per scene beside a report, sharing one script: ours and the best other response.
+// Creates one replay page per scene beside a report, with ours and the best other response; all pages share one script.
 #pragma once
 
 #include <filesystem>
@@ -9,10 +9,9 @@
 
 namespace trocar::app {
 
-/// Makes DIRECTORY/view anew: viewer.js and SCENE.html of every scene of the records. Scene files are searched for from
-/// `study_folder`, where the study's file lies. Each page is made in a child process, so that a method that crashes
-/// costs its page only; a scene without a page is reported on stderr, and one whose meshes lie outside the project gets
-/// none, since reports are handed on. Returns the number of pages.
+/// Recreates DIRECTORY/view: viewer.js and SCENE.html of every scene of the records. Scene files are searched from
+/// `study_folder`. Each page is made in a child process, so that a crash costs one page. stderr lists scenes without a
+/// page. Scenes with meshes outside the project get none, because reports are published. Returns the number of pages.
 std::size_t write_view_pages(const std::filesystem::path& directory, const std::vector<Record>& records,
                              const std::filesystem::path& study_folder,
                              const std::optional<std::filesystem::path>& data);

@@ -1,5 +1,5 @@
-// From scenes, recordings and records to a replay page: which records are shown, and the runs made once more for their
-// frames. Shared by `trocar view` and `trocar study`.
+// Builds replay pages from scenes, recordings and records: selects records and repeats their runs for the frames.
+// Shared by `trocar view` and `trocar study`.
 #pragma once
 
 #include <filesystem>
@@ -14,10 +14,10 @@
 
 namespace trocar::app {
 
-/// Frames are kept every so many ticks.
+/// Ticks between stored frames.
 inline constexpr std::int64_t viewed_stride = 8;
 
-/// Reported before every tick, with the run's name and the number of ticks done.
+/// Called before every tick with the run's name and the number of finished ticks.
 using ViewProgress = std::function<void(const std::string&, std::int64_t)>;
 
 /// The records that a page of the scene shows. Without `responses` two: ours (what the study names so, else the best of
@@ -26,27 +26,28 @@ using ViewProgress = std::function<void(const std::string&, std::int64_t)>;
 std::vector<const Record*> chosen_records(const std::vector<Record>& records, const std::string& scene,
                                           const std::vector<std::string>& responses);
 
-/// The scene's file: as it is named from the study's folder, else the one of its name that comes with trocar.
+/// Scene file relative to the study's folder, else the shipped scene of that name.
 std::optional<std::filesystem::path> scene_file_of(const Record& record, const std::filesystem::path& study_folder);
 
-/// The folder of the study's file as the record knows it: relative to where the study was run, empty for one outside.
+/// Folder of the study file as stored in the record: relative to the working directory of the study; empty for one
+/// outside.
 std::filesystem::path study_folder_of(const Record& record);
 
-/// The page of a scene without runs: bodies, rest and the stored references.
+/// Page of a scene without runs: bodies, rest state and stored references.
 ViewPage page_of(const Scene& scene);
 
-/// Runs the specification and adds what it shows. With a record, its state hash is held against that of this run, and a
-/// record that ended without any (crashed, timed out, absent) is shown as failed without being run.
+/// Executes the run and adds it to the page. With a record, its state hash is compared with the run's. A record without
+/// a hash (crashed, timed out, absent) is shown as failed and not repeated.
 void add_run(const Scene& scene, const RunSpec& spec, const Record* record, const ViewProgress& progress,
              ViewPage& page);
 
-/// The page of a scene with the runs of these records. A scene whose file has changed since is reported on the page.
+/// Page of a scene with the runs of these records. The page states when the scene file has changed since.
 ViewPage page_of_records(const Scene& scene, const std::vector<const Record*>& records, const ViewProgress& progress);
 
-/// A recording's frames, without forces. Throws InputError as play_recording.
+/// Frames of a recording, without forces. Throws InputError as play_recording.
 ViewPage page_of_recording(const std::filesystem::path& file);
 
-/// Once all runs are there: the line under the title, and labels that report the runs apart in as few words as do.
+/// Adds the subtitle and short distinct run labels. Call after the last run.
 void finish_page(const std::vector<RunSpec>& specs, ViewPage& page);
 
 }  // namespace trocar::app

@@ -1,4 +1,4 @@
-// Runs the two runs of a study's picture once more and cuts through the deepest place (report/worst_tick.hpp).
+// Repeats the two runs of a study's picture and cuts through the deepest point (report/worst_tick.hpp).
 #pragma once
 
 #include <filesystem>
@@ -11,8 +11,8 @@
 
 namespace trocar::app {
 
-/// Nothing when the study has no closed loop that ended well. `study_folder`: where the scenes of the records are named
-/// from. Throws InputError when a scene has changed or the run ends otherwise than its record says.
+/// Empty when no closed loop ended well. `study_folder`: base of the scene paths in the records. Throws InputError when
+/// a scene has changed or a run ends differently from its record.
 std::optional<WorstTick> see_worst_tick(const std::vector<Record>& records, const std::filesystem::path& study_folder,
                                         const std::optional<std::filesystem::path>& data);
 

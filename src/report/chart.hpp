@@ -1,5 +1,4 @@
-// Small drawings as SVG text: the few kinds of chart a report needs, with the same bytes for the same numbers on every
-// machine. Every mark carries its name, shown when it is touched.
+// Charts of a report as SVG text. Equal numbers give equal bytes on every machine. Every mark has a tooltip.
 #pragma once
 
 #include <limits>
@@ -10,26 +9,26 @@
 
 namespace trocar {
 
-/// Marks differ by colour and shape, so that a chart survives a black-and-white printer.
+/// Marks differ by colour and shape, so that black-and-white prints stay readable.
 struct MarkStyle {
-    int colour = 0;  ///< index into a palette that colour-blind readers can distinguish
+    int colour = 0;  ///< index into a colour-blind-safe palette
     int shape = 0;   ///< circle, square, triangle, diamond, cross …
     bool hollow = false;
 };
 
 struct ChartPoint {
     double x = 0.0;
-    double y = 0.0;       ///< exactly 0 is drawn on a band of its own under a logarithmic axis
-    std::string name;     ///< shown when touched
+    double y = 0.0;       ///< exact 0 is drawn on a separate band under a logarithmic axis
+    std::string name;     ///< tooltip
     std::string label;    ///< printed beside the mark; may be empty
-    bool failed = false;  ///< stands on the rail above the chart, whatever its y
+    bool failed = false;  ///< drawn on the rail above the chart, whatever its y
 };
 
 struct ChartSeries {
     std::string name;
     MarkStyle style;
     std::vector<ChartPoint> points;
-    bool connected = false;  ///< one method over its knob
+    bool connected = false;  ///< one method over its parameter
 };
 
 /// Both axes logarithmic.
@@ -40,11 +39,11 @@ struct ScatterChart {
     std::vector<std::pair<double, double>> front;  ///< Pareto front, ascending x
     std::optional<double> x_limit;                 ///< vertical line
     std::string x_limit_name;
-    std::string rail = "failed";  ///< name of the rail on which failed points stand
+    std::string rail = "failed";  ///< name of the rail of failed points
 };
 std::string draw(const ScatterChart& chart);
-/// The same for window.trocarCharts.draw, JSON (src/web/README.md). What is exactly 0 or failed has no place on a
-/// logarithmic axis: it stands at its end, and its words say so.
+/// JSON for window.trocarCharts.draw (src/web/README.md). Exact 0 and failed points are placed at the end of the
+/// logarithmic axis, with a note in the tooltip.
 std::string interactive(const ScatterChart& chart);
 
 /// One row per category, one mark per series at `value` with a whisker to `upper`; x logarithmic.
@@ -67,7 +66,7 @@ struct DotChart {
 };
 std::string draw(const DotChart& chart);
 
-/// Horizontal bars made of parts; x linear from 0.
+/// Stacked horizontal bars; x linear from 0.
 struct BarChart {
     struct Bar {
         std::string name;
@@ -90,9 +89,9 @@ struct LineChart {
     std::string x_title;
     std::string y_title;
     std::vector<Line> lines;
-    bool steps = false;  ///< hold a value until the next point
+    bool steps = false;  ///< step plot: constant until the next point
     bool log_x = false;
-    bool small = false;  ///< half as high
+    bool small = false;  ///< half height
 };
 std::string draw(const LineChart& chart);
 std::string interactive(const LineChart& chart);

@@ -1,12 +1,12 @@
-// Style and script that every report's page carries inside.
+// Style and script embedded in every report page.
 #pragma once
 
 namespace trocar {
 
 extern const char* const page_style;
-/// Classic script: tables sort by a click on a header and filter by a text, rows show the command that makes them again
-/// (`data-command`), figures with `data-chart` are drawn by window.trocarCharts where it is there. A page without it
-/// loses these and no number.
+/// Classic script: sorts tables by header click, filters them by text, and shows each row's command (`data-command`).
+/// Figures with `data-chart` are drawn by window.trocarCharts if present. Without the script the page keeps all
+/// numbers.
 extern const char* const page_script;
 
 }  // namespace trocar

@@ -1,4 +1,4 @@
-// What the writers of a document share: inline text, in which `…` marks code, taken apart, and letters replaced.
+// Inline text helpers for document writers: splitting at `…` code marks, replacing substrings.
 #pragma once
 
 #include <string>
@@ -24,16 +24,16 @@ std::string inline_parts(const std::string& text, Plain plain, Code code) {
     }
 }
 
-/// Without the marks of code.
+/// Removes the code marks.
 inline std::string without_code(std::string text) {
     std::erase(text, '`');
     return text;
 }
 
-/// Every text of `by` replaced by the one beside it, the first that fits.
+/// Replaces every first of `by` by its second; at each position the first match of the list applies.
 std::string replace_each(const std::string& text, const std::vector<std::pair<std::string_view, std::string_view>>& by);
 
-/// The name under which a heading is linked to: letters and digits, the rest as single hyphens.
+/// Link anchor of a heading: letters and digits, all else as single hyphens.
 std::string anchor(const std::string& text);
 
 }  // namespace trocar

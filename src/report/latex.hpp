@@ -1,5 +1,5 @@
-// A table as LaTeX, to be read by \input into anybody's paper. It fits the column of a two-column journal: what is too
-// wide is set as several panels that repeat the first columns.
+// Tables as LaTeX for \input, fitted to a column of a two-column journal. Wider tables are split into panels that
+// repeat the first columns.
 #pragma once
 
 #include <string>
@@ -8,12 +8,12 @@
 
 namespace trocar {
 
-/// What latex_table wants: \usepackage{…}.
+/// Packages that latex_table needs, for \usepackage.
 inline constexpr const char* latex_table_packages = "booktabs,array,textcomp";
 
-/// The table without a float around it: \footnotesize, booktabs, widths as shares of \linewidth, no line wider than
-/// that where \linewidth is 229 pt or more (the narrowest of LaTeX's own twocolumn at 10 pt); long tables as several
-/// tabulars, so that a page may break between them. Caption and note: a comment, and small print below.
+/// Table without a float: \footnotesize, booktabs, widths as fractions of \linewidth. Lines fit a \linewidth of 229 pt
+/// or more (LaTeX's twocolumn at 10 pt). Long tables are several tabulars, so that pages may break between them. The
+/// caption is a LaTeX comment, the note small print.
 std::string latex_table(const Table& table);
 
 }  // namespace trocar

@@ -1,5 +1,5 @@
-// One figure of a method over several scenes: the geometric mean for every process and, where replays were
-// resampled, for every resample, so that intervals of means and of ratios come from the same draws.
+// One figure of a method over several scenes: the geometric mean per process and per resample. Intervals of means and
+// of ratios therefore use the same draws.
 #pragma once
 
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace trocar {
 
-/// A figure of one scene: of every process, and resampled where the scene was replayed by processes enough.
+/// Figure of one scene per process, with resamples for a replay with enough processes.
 struct ProcessSample {
     std::vector<double> by_process;
     Resamples resamples;
@@ -16,11 +16,11 @@ struct ProcessSample {
 
 ProcessSample sample_of(const SceneResult& result, double RunFigures::*figure);
 
-/// a / b, process by process and, resampled, tick by tick: both were drawn alike.
+/// a / b per process and per resample; both use the same draws.
 ProcessSample ratio_of(const ProcessSample& a, const ProcessSample& b);
 
-/// Geometric mean over scenes for each process, then across processes; the interval from the resamples where every
-/// scene has them. n/a as soon as one value is.
+/// Geometric mean over scenes per process, then over processes. The interval uses resamples when every scene has them.
+/// NaN when any value is NaN.
 Estimate over_scenes(const std::vector<ProcessSample>& by_scene);
 
 }  // namespace trocar

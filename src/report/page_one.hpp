@@ -1,5 +1,4 @@
-// Page 1 of a report: what a reader takes away in two minutes. One sentence, a table of detectors, a table of responses
-// and a picture, each of at most ten rows and nine columns; everything else stands behind it.
+// Page 1 of a report: a summary sentence, a table of detectors, a table of responses and a chart.
 #pragma once
 
 #include <string>
@@ -12,55 +11,54 @@ namespace trocar {
 inline constexpr std::size_t page_one_rows = 10;
 inline constexpr std::size_t page_one_columns = 9;
 
-/// One response, with its settings, over all scenes of the closed loop. Of several methods that moved alike, bit by
-/// bit on every scene, the first is reported and names the others; times are the first one's.
+/// One response, with its settings, over all closed-loop scenes. Methods with bit-identical motion on every scene share
+/// a row. The row shows the first one's name and times, and lists the others.
 struct ResponseRow {
-    std::vector<Method> who;                      ///< the first is the one that is reported
-    std::string setting;                          ///< "default", "recommended" or "tuned", as the study says
-    bool ours = false;                            ///< the study names its response as `ours`
-    bool control = false;                         ///< its response is there to hold the others to account
+    std::vector<Method> who;                      ///< the first is shown
+    std::string setting;                          ///< "default", "recommended" or "tuned", as in the study
+    bool ours = false;                            ///< its response is the study's `ours`
+    bool control = false;                         ///< its response is a control
     double depth_median = not_known;              ///< m, median over scenes of the median over ticks
-    double residual_penetration_max = not_known;  ///< m, of every scene and judged tick
-    std::string worst_on;                         ///< scene of it
-    double tears = not_known;                     ///< ruptures, summed over the scenes
-    double force_without_touch_m = not_known;     ///< m, worst of every scene
+    double residual_penetration_max = not_known;  ///< m, maximum over scenes and judged ticks
+    std::string worst_on;                         ///< scene of residual_penetration_max
+    double tears = not_known;                     ///< ruptures, sum over scenes
+    double force_without_touch_m = not_known;     ///< m, maximum over scenes
     double force_error = not_known;               ///< N, against hard contact, RMS below 30 Hz, median over scenes
-    double force_jump = not_known;                ///< N, worst of every scene, tick to tick
-    double total_p99_ns = not_known;              ///< ns, of the slowest scene
+    double force_jump = not_known;                ///< N, tick to tick, maximum over scenes
+    double total_p99_ns = not_known;              ///< ns, maximum over scenes
     int runs = 0;
     int failed = 0;
-    int not_run = 0;  ///< scenes of the study on which it was not planned, or could not be run
+    int not_run = 0;  ///< scenes of the study where it was not planned or could not run
     [[nodiscard]] std::string method() const { return method_name(who.front().response); }
 };
 
-/// Over the closed-loop scenes with tissue, or over those without; where the study has none with tissue, both are the
-/// latter. In response_order. Methods with a detector that is a control take no part.
+/// Rows over the closed-loop scenes with, or without, tissue; a study without tissue scenes uses all. Sorted by
+/// response_order. Methods with a control detector are excluded.
 std::vector<ResponseRow> response_rows(const Draft& draft, bool tissue = true);
 
-/// Positions of the rows that page 1 shows, ascending: the best setting of every response, then the next rows, ten in
-/// all.
+/// Indices of the rows on page 1, ascending: the best setting of every response, then further rows, up to ten.
 std::vector<std::size_t> rows_that_matter(const std::vector<ResponseRow>& rows);
 
-/// The two rows that the sentence speaks of. Where the study names a response as `ours`: its first row, and the first
-/// row of another response that is no control, ran everywhere and failed nowhere. Else the first two such rows.
+/// The two rows of the summary sentence. `first` is the first row of `ours`; `other` is the first row of another
+/// response that is no control, ran everywhere and never failed. Without `ours`, both are the first two such rows.
 struct Headline {
     const ResponseRow* first = nullptr;
     const ResponseRow* other = nullptr;
-    bool named = false;  ///< the study names the first one
+    bool named = false;  ///< `first` is the study's `ours`
 };
 Headline headline_of(const std::vector<ResponseRow>& rows);
 
 /// "Over N scenes `unilateral` left x mm at worst, the best other response y mm at z times the time; n failed."; empty
 /// without a depth.
 std::string response_sentence(const Draft& draft, const std::vector<ResponseRow>& rows);
-/// The same of detectors on replayed frames, for a study without responses.
+/// Same for detectors on prescribed frames, in a study without responses.
 std::string detector_sentence(const Verdict& verdict, const Draft& draft);
 
-/// Without rows when nothing was replayed.
+/// No rows when nothing was replayed.
 Table detectors_table(const Draft& draft);
 Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, bool tissue = true);
 
-/// p99 tick against worst depth, a line per method over its settings; failed rows stand on a rail of their own.
+/// p99 tick against maximum depth, one line per method over its settings; failed rows are on a separate rail.
 ScatterChart depth_against_time(const std::vector<ResponseRow>& rows);
 
 /// "`penalty:k=1000` (tracked_proximity) by `implicit`".

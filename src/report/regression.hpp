@@ -1,5 +1,5 @@
-// Two sets of records of the same study held against each other, run by run and figure by figure, so that a change of
-// a method is seen before it is shipped. Figures of the clock take no part: they differ from day to day.
+// Compares two sets of records of one study, run by run and figure by figure, as a regression test. Times are excluded,
+// because they vary between executions.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +15,22 @@ struct FigureChange {
     std::string figure;
     std::string before;
     std::string after;
-    double size = 0.0;  ///< relative change of the larger value; infinite where one of the two is no number
+    double size = 0.0;  ///< change relative to the larger value; infinite where one of the two is no number
 };
 
 struct StudyComparison {
-    std::int64_t compared = 0;          ///< runs that both have
-    std::vector<std::string> missing;   ///< runs that only `before` has
-    std::vector<std::string> extra;     ///< runs that only `after` has: nothing guards them
-    std::vector<std::string> stale;     ///< runs of another scene than before, or other ticks or seed: not comparable
+    std::int64_t compared = 0;          ///< runs in both sets
+    std::vector<std::string> missing;   ///< runs only in `before`
+    std::vector<std::string> extra;     ///< runs only in `after`
+    std::vector<std::string> stale;     ///< runs whose scene, ticks or seed differ: not comparable
     std::vector<FigureChange> changes;  ///< largest first
     [[nodiscard]] bool same() const {
         return missing.empty() && extra.empty() && stale.empty() && changes.empty() && compared > 0;
     }
 };
 
-/// First processes only. A figure is changed beyond the relative `tolerance`; a pair count as soon as one tick differs.
+/// Compares first processes only. A figure counts as changed beyond the relative `tolerance`, a pair count at any
+/// difference in a tick.
 StudyComparison compare_studies(const std::vector<Record>& before, const std::vector<Record>& after, double tolerance);
 
 }  // namespace trocar

@@ -1,4 +1,4 @@
-// A report's files on disk: written as a whole, with what an earlier report left behind removed.
+// Writes a report's files and removes stale files of an earlier report.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,8 @@
 
 namespace trocar {
 
-/// Writes the files (path relative to the folder -> content), each beside and then renamed. Removes of an earlier
-/// report what these do not name: charts/*.svg and *.js, results_*.csv. Throws InputError when the disk refuses.
+/// Writes the files (path relative to the folder -> content) atomically by rename. Removes stale charts/*.svg,
+/// charts/*.js and results_*.csv. Throws InputError on a write error.
 void write_report_files(const std::filesystem::path& directory, const std::map<std::string, std::string>& files);
 
 }  // namespace trocar

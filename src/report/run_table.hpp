@@ -1,5 +1,5 @@
-// Runs as a flat table: one column per word of the specification, per parameter of a method and per figure, under the
-// names by which results.csv, figures.csv and `trocar table` know them.
+// Runs as a flat table: one column per field of the specification, method parameter and figure. Names are those of
+// results.csv, figures.csv and `trocar table`.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@ namespace trocar {
 
 struct RunColumn {
     std::string name;     ///< letters, digits, '_' and '.': "residual_penetration_max_m", "detector.bv"
-    std::string unit;     ///< as summary_figures(): SI, "ns", "1"; "text" where the values are words
+    std::string unit;     ///< as summary_figures(): SI, "ns", "1"; "text" for words
     std::string better;   ///< "lower", "higher" or "neither"
-    std::string meaning;  ///< one sentence, with what an empty field means
-    std::string source;   ///< what it is taken from
+    std::string meaning;  ///< one sentence, including the meaning of an empty field
+    std::string source;   ///< origin of the value
     bool number = false;
 };
 
-/// A cell: a number (NaN: not known) or a word (empty: not set).
+/// A cell: a number (NaN: unknown) or a word (empty: not set).
 struct RunValue {
     std::string word;
     double number = 0.0;
@@ -29,30 +29,29 @@ struct RunValue {
 
 class RunTable {
 public:
-    /// All columns that any of the records has: words of the specification, parameters of its methods (in alphabetical
-    /// order behind the method), outcome and hashes, then the figures in the order of summary_figures(). The records
-    /// outlive the object.
+    /// Columns that occur in any record, in this order. First the specification, then method parameters (alphabetical,
+    /// after their method), outcome and hashes, then figures as summary_figures(). The records outlive the object.
     explicit RunTable(std::span<const Record* const> records);
 
     [[nodiscard]] const std::vector<RunColumn>& columns() const { return columns_; }
     [[nodiscard]] std::size_t row_count() const { return records_.size(); }
     [[nodiscard]] const Record& record(std::size_t row) const { return *records_[row]; }
     [[nodiscard]] RunValue value(std::size_t row, std::size_t column) const;
-    /// As CSV has it: all digits of a number, empty where there is none.
+    /// CSV text: all digits of a number, empty for unknown.
     [[nodiscard]] std::string text(std::size_t row, std::size_t column) const;
-    /// Position of the column; -1 when there is none of that name.
+    /// Index of the column; -1 when absent.
     [[nodiscard]] std::int64_t find(const std::string& name) const;
 
 private:
     std::vector<const Record*> records_;
     std::vector<RunColumn> columns_;
-    std::vector<std::map<std::string, std::string>> words_;  ///< per row: column -> word, of what is no figure
+    /// per row: column -> word, for columns other than figures
+    std::vector<std::map<std::string, std::string>> words_;
 };
 
-/// The files of a study's numbers, by name. results.csv: the runs of the study's main kind (`main_mode`, or where it
-/// has none the first that there is), one row each; results_MODE.csv: those of every other kind. A number that
-/// no run of the kind knows has no column. figures.csv: every
-/// column of these with unit, which way is better and meaning.
+/// CSV files by name. results.csv: one row per run of `main_mode`, or of the first mode present. results_MODE.csv: runs
+/// of every other mode. Columns without any known number are omitted. figures.csv: every column with unit, better
+/// direction and meaning.
 std::map<std::string, std::string> results_files(const std::vector<Record>& records, const std::string& main_mode);
 
 }  // namespace trocar

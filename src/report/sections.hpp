@@ -1,5 +1,4 @@
-// The sections of a report, one function and one place for each topic, and the draft that they add to. Only report.cpp
-// decides which there are and in what order.
+// Sections of a report, one function per topic, and the draft that they append to. report.cpp selects and orders them.
 #pragma once
 
 #include <map>
@@ -18,22 +17,22 @@ inline constexpr double us = 1.0e-3;  ///< ns to µs
 inline constexpr double mm = 1.0e3;   ///< m to mm
 
 std::string code(const std::string& text);
-/// Without its parameters.
+/// Method name without parameters.
 std::string method_name(const std::string& text);
 std::string outcome_text(const Outcome& outcome);
 std::string joined(const std::vector<std::string>& items);
-/// "1.000" but "0.99987": a share that is not one never resembles one.
+/// "1.000", "0.99987": a ratio below one never rounds to one.
 std::string share_text(double part, double whole);
 std::string count_text(double value);
-/// "n/a" where it is not known.
+/// "n/a" for unknown.
 std::string scaled(double value, double scale = 1.0);
 std::string yes_no(bool value);
-/// The common value of a fact over all records, or all values when they differ.
+/// Common value of a fact over all records, or all values when they differ.
 std::string common_fact(const std::vector<Record>& records, const std::string& key, bool* mixed = nullptr);
 
-/// The report while it is written.
+/// Report under construction.
 struct Draft {
-    /// At least one record; they outlive the draft.
+    /// Precondition: at least one record. The records outlive the draft.
     explicit Draft(const std::vector<Record>& all);
 
     const std::vector<Record>& records;
@@ -41,24 +40,24 @@ struct Draft {
     Document document;
     std::string reference;
     std::string study;
-    std::string mode;      ///< of the verdict: closed_loop where there is one, else replay
-    std::string sentence;  ///< the quotable one; written by add_page_one
+    std::string mode;      ///< mode of the verdict: closed_loop if present, else replay
+    std::string sentence;  ///< summary sentence, set by add_page_one
 
     void heading(int level, const std::string& text);
     void paragraph(const std::string& text, Paragraph::Style style = Paragraph::Style::normal);
-    /// Leaves out a table without rows.
+    /// Skips a table without rows.
     void add(Table table);
-    /// Leaves out a drawing without content.
+    /// Skips an empty drawing.
     void figure(const std::string& name, const std::string& svg, const std::string& caption);
-    /// The same with a chart that answers to the pointer.
+    /// Same with an interactive chart.
     void figure(const std::string& name, const ScatterChart& chart, const std::string& caption);
     void figure(const std::string& name, const LineChart& chart, const std::string& caption);
 
-    /// Scenes of the verdict's mode by class, classes in alphabetical order.
+    /// Scenes of the verdict's mode by pair class, in alphabetical order.
     [[nodiscard]] std::map<std::string, std::vector<std::string>> scenes_by_class() const;
-    /// Most processes of one method, in runs of this mode or (empty) of any.
+    /// Maximum number of processes of a method, in runs of this mode or (empty) of any.
     [[nodiscard]] int most_processes(const std::string& of_mode = {}) const;
-    /// The scenes that the quotable sentence speaks of: I2T where there is one, else the class with most scenes.
+    /// Scenes of the summary sentence: class I2T if present, else the class with most scenes.
     [[nodiscard]] std::pair<std::string, std::vector<std::string>> headline_scenes() const;
     [[nodiscard]] std::string interval_note(const std::string& of_mode) const;
 };
@@ -75,13 +74,13 @@ void add_all_methods(Draft& draft, const Verdict& overall);
 void add_verdict_by_class(Draft& draft);
 
 // commands.cpp
-/// Gives every row that reports one method, or of one on one scene, the command that runs it again.
+/// Attaches to every row of one method, or of one method on one scene, the command that repeats it.
 void add_commands(Draft& draft);
-/// Of a method of the closed loop on all its scenes, for a shell; empty when there is no single one.
+/// Shell command of a closed-loop method on all its scenes; empty when there is no single one.
 std::string run_command(const Draft& draft, const Method& method);
 
 // worst_tick.cpp
-/// One scene at its worst tick, from worst_tick.json; says how to make it when that is empty.
+/// One scene at its worst tick, from worst_tick.json; when empty, explains how to create it.
 void add_worst_tick(Draft& draft, const std::string& worst_tick);
 
 // fairness_section.cpp
@@ -94,7 +93,7 @@ void add_detection(Draft& draft);
 void add_contacts_and_forces(Draft& draft);
 
 // detection_effect_section.cpp
-/// Rows with a detector that is not exact against the same with one that is.
+/// Compares rows of inexact detectors with the same rows of an exact detector.
 void add_lost_by_the_detector(Draft& draft);
 
 // between_ticks_section.cpp
@@ -114,26 +113,26 @@ void add_rank_robustness(Draft& draft);
 void add_failures(Draft& draft);
 
 // hard_case_section.cpp
-/// Case by method: ok, miss, extra, NaN, throw, time-out.
+/// Table of case × method: ok, miss, extra, NaN, throw, time-out.
 void add_hard_cases(Draft& draft);
 /// Empty without such a part.
 std::string hard_case_sentence(const Draft& draft);
-/// Right and wrong answers by method, those that answer alike in one row; without rows when there are none.
+/// Correct and wrong results per method, equal rows merged; no rows without such a part.
 Table hard_case_tally(const Draft& draft, bool responses);
 
 // metamorphic_section.cpp
 void add_metamorphic(Draft& draft);
 
 // paced_section.cpp
-/// The loop released by the clock: part of the haptic table.
+/// The loop paced by the clock: part of the haptic table.
 void add_paced(Draft& draft);
-/// Of it what page 1 shows of a study that does nothing else.
+/// Its subset on page 1 of a study with no other part.
 Table paced_page(const Draft& draft);
 
 // size_section.cpp
-/// What a tick costs against the number of tissue triangles, stages apart: one chart per family of scenes and methods.
+/// Time per tick and stage against the number of tissue triangles: one chart per family of scenes and methods.
 void add_cost_by_size(Draft& draft);
-/// Of it what page 1 shows of a study without detectors or responses to compare: the whole tick by scene and stepper.
+/// Its subset on page 1 of a study without methods to compare: whole tick by scene and stepper.
 Table size_page(const Draft& draft);
 
 // knob_section.cpp
@@ -145,14 +144,14 @@ std::string work_precision_sentence(const Draft& draft);
 void add_ablation(Draft& draft);
 /// Empty without an ablation part.
 std::string ablation_sentence(const Draft& draft);
-/// Every switch by its largest effect; without rows when there is no ablation part.
+/// Every switch with its largest effect; no rows without an ablation part.
 Table ablation_table(const Draft& draft);
 
 // thesis_section.cpp
 void add_thesis_table(Draft& draft);
-/// Table 2.1 with numbers where a response of the study stands for a row.
+/// Table 2.1 of the thesis, with numbers where a response of the study represents a row.
 void add_table_2_1(Draft& draft);
-/// Names of its rows: what ResponseEntry::table_row may hold beside "none".
+/// Row names of Table 2.1: the values of ResponseEntry::table_row other than "none".
 std::vector<std::string> table_2_1_rows();
 
 // results_section.cpp

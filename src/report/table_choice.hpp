@@ -1,4 +1,4 @@
-// A table for a paper out of stored records: columns and rows as a person names them, numbers as the records have them.
+// Selects columns and rows of stored records for a paper's table.
 #pragma once
 
 #include <string>
@@ -9,24 +9,22 @@
 namespace trocar {
 
 struct TableChoice {
-    /// Names of RunTable, each with an optional unit that its numbers are brought to: "residual_penetration_max_m:mm".
-    /// Empty: who, where, how it ended, and up to five figures of depth, force, position and time that the rows have.
+    /// Names of RunTable, each with an optional target unit: "residual_penetration_max_m:mm". Empty: method, scene,
+    /// outcome, and up to five available figures of depth, force, position and time.
     std::vector<std::string> columns;
-    /// "NAME=VALUE" or "NAME!=VALUE". Of one name any value will do that is not excluded, of several names all must
-    /// hold. A method's value may be its name, or name and parameters as `run` takes them; an empty one is what is not
-    /// known. Without "mode=" the study's main kind of run, and without "repetition=" or that column the first process
-    /// of each.
+    /// "NAME=VALUE" or "NAME!=VALUE". Values of one name are alternatives; conditions on several names must all hold. A
+    /// method matches by name, or by name and parameters as `run` takes them; an empty value matches unknown. Defaults:
+    /// the study's main mode without "mode=", and the first process without "repetition=" or that column.
     std::vector<std::string> where;
-    /// "NAME" or "NAME:desc", the first decides first; what they leave equal is ordered by the columns shown, left to
-    /// right. Numbers that are not known come last.
+    /// "NAME" or "NAME:desc", most significant first; ties are ordered by the shown columns. Unknown numbers come last.
     std::vector<std::string> sort = {};
 };
 
 struct ChosenColumn {
-    std::string name;  ///< as RunTable, with its ending changed where the unit is not its own: "residual_max_mm"
-    std::string unit;  ///< that the numbers are in; "text" of words
+    std::string name;  ///< name of RunTable, with the suffix of the chosen unit: "residual_max_mm"
+    std::string unit;  ///< unit of the numbers; "text" for words
     bool number = false;
-    std::string header;  ///< for people: "residual max (mm)"
+    std::string header;  ///< display name: "residual max (mm)"
 };
 
 struct ChosenCell {
@@ -36,16 +34,16 @@ struct ChosenCell {
 
 struct ChosenTable {
     std::vector<ChosenColumn> columns;
-    std::vector<std::vector<ChosenCell>> rows;  ///< in the order asked for
-    std::vector<std::string> notes;  ///< what was left out without being asked for; what rows differ in unseen
+    std::vector<std::vector<ChosenCell>> rows;  ///< in the requested order
+    std::vector<std::string> notes;             ///< rows omitted by default, and hidden columns in which rows differ
 };
 
-/// Throws InputError, in one line, for a name that no column has (with those that are like it), a unit that the column
-/// cannot be brought to, a value that no run has, and when no run is left.
+/// Throws a one-line InputError for an unknown column (with similar names), an inconvertible unit, a value that no run
+/// has, or an empty result.
 ChosenTable choose_table(const std::vector<Record>& records, const TableChoice& choice);
 
-/// Markdown, LaTeX (latex_table) or CSV. CSV has all digits and names for heads. The others round to three digits and
-/// say n/a where a number is not known.
+/// Markdown, LaTeX (latex_table) or CSV. CSV has all digits and column names as heads. The others round to three digits
+/// and print n/a for unknown.
 std::string table_as_markdown(const ChosenTable& table);
 std::string table_as_latex(const ChosenTable& table);
 std::string table_as_csv(const ChosenTable& table);

@@ -1,5 +1,4 @@
-// In which order the rows of a verdict stand, and which are dominated: apart from the table, since this order is what
-// a reader takes for the judgement.
+// Order and dominance of the rows of a verdict.
 #pragma once
 
 #include <string>
@@ -15,22 +14,22 @@ namespace trocar {
 /// bodies are from the reference of equal stiffness, if there is one. NaN: no depth.
 double error_on(const SceneResult& result, const std::string& pair_class);
 
-/// Those of the scenes with, or without, a tissue body among what meets; with, where there is none: all of them.
+/// Scenes with, or without, tissue in their pair class; all scenes when none has tissue.
 std::vector<std::string> judged_scenes(const Results& results, const std::vector<std::string>& scenes, bool tissue);
 
-/// What rows of responses are ordered by, in every table and sentence.
+/// Sort key of responses in every table and sentence.
 struct ResponseStanding {
     bool control = false;
     bool failed = false;              ///< on a scene
     bool not_run = false;             ///< on a scene
-    double worst = not_known;         ///< m, residual penetration over the tissue scenes; where there is none, over all
-    double median = not_known;        ///< m, over these scenes
-    double total_p99_ns = not_known;  ///< ns, of the slowest of these scenes
+    double worst = not_known;         ///< m, maximum residual penetration over the tissue scenes; without any, over all
+    double median = not_known;        ///< m, over the same scenes
+    double total_p99_ns = not_known;  ///< ns, maximum over the same scenes
 };
 using ResponseOrder = std::tuple<bool, bool, bool, double, double, double>;
-/// Ascending: no controls, no failure, run everywhere, worst residual penetration, its median, slowest p99.
+/// Ascending: controls last, failed, not run everywhere, maximum residual penetration, its median, p99.
 ResponseOrder response_order(const ResponseStanding& row);
-/// For the note under a table.
+/// Text for the note under a table.
 inline constexpr const char* response_order_text =
     "Order: controls last, then rows that failed, rows not run everywhere, worst residual penetration, its median, "
     "tick p99, name.";
@@ -39,12 +38,12 @@ inline constexpr const char* detector_order_text = "Order: failed last, then fal
 
 bool have_depths(const std::vector<VerdictRow>& rows);
 
-/// Error beside time in the chart and where rows are dominated: VerdictRow::error as printed where the table has
-/// depths, else VerdictRow::wrong(); NaN = no answer. Rows with depths are not ordered by it.
+/// Error in the chart and for dominance: printed VerdictRow::error where the table has depths, else
+/// VerdictRow::wrong(). NaN: unknown. It does not order rows with depths.
 double error_of(const VerdictRow& row, bool depth);
 
-/// Sorts rows that were planned on the same scenes, responses by response_order, detectors by failures, pairs missed
-/// and added, and time. Marks which move alike and which are dominated.
+/// Sorts rows planned on the same scenes. Responses use response_order; detectors use failures, false negatives and
+/// positives, and time. Marks rows with identical motion and dominated rows.
 void compare_rows(const Results& results, const std::vector<std::string>& scenes, std::vector<VerdictRow>& rows);
 
 }  // namespace trocar

@@ -1,5 +1,5 @@
-// Replay pages beside a report: which scenes can have one, and the links to those that are there. The pages are made by
-// `trocar study` and `trocar view DIR --pages`; a report never makes them.
+// Links to replay pages beside a report. `trocar study` and `trocar view DIR --pages` create the pages; a report does
+// not.
 #pragma once
 
 #include <filesystem>
@@ -15,20 +15,20 @@ namespace trocar {
 /// Folder of the pages, relative to the report.
 inline constexpr const char* view_folder = "view";
 
-/// Whether a record holds a run that can be shown: one scene as its file says, moved by a response, no control.
+/// True for a run of one unmodified scene moved by a response that is no control.
 bool can_be_viewed(const Record& record);
 
-/// The scenes of such records, sorted.
+/// Scenes of viewable records, sorted.
 std::vector<std::string> viewed_scenes(const std::vector<Record>& records);
 
-/// The file in view_folder that shows a scene. Of two scenes with the same file the first alone has one.
+/// File name in view_folder for a scene. When two scenes map to one file, only the first has a page.
 std::string page_of_scene(const std::string& scene);
 
-/// The names of the pages that lie in a report's directory.
+/// Names of the pages in a report's directory.
 std::set<std::string> pages_there(const std::filesystem::path& directory);
 
-/// Puts one line under the title of report.md and report.html: a link to the page of every scene that has one, or how
-/// to make them. Nothing when no scene can have one. Pure; to be called on the finished files.
+/// Inserts one line under the title of report.md and report.html: links to the existing pages, or how to create them.
+/// Does nothing when no scene is viewable. Pure; applied to the finished files.
 void add_view_links(const std::vector<Record>& records, const std::set<std::string>& pages,
                     std::map<std::string, std::string>& files);
 

@@ -1,4 +1,4 @@
-// What the headers of a report's tables mean, from the one list of figures (measure/metrics.hpp).
+// Help texts of table headers, from the list of figures (measure/metrics.hpp).
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@ namespace trocar {
 
 struct Table;
 
-/// The figure behind a header in words, with its unit and what it is taken from; empty when the header is no figure.
+/// Help text of the figure with this header: meaning, unit, origin. Empty when the header is no figure.
 std::string help_for(const std::string& header);
 
-/// Fills the help of every column that has none.
+/// Fills empty help texts of columns.
 void explain_headers(Table& table);
 
 }  // namespace trocar

@@ -1,5 +1,5 @@
-// One scene at its worst tick, side by side: what records cannot report, since they hold no geometry. Whoever can run
-// the records again writes it once into worst_tick.json beside them; a report draws it from there.
+// Cross-sections of one scene at its worst tick. Records hold no geometry, so a rerun writes it once to worst_tick.json
+// beside them.
 #pragma once
 
 #include <array>
@@ -14,14 +14,14 @@
 
 namespace trocar {
 
-/// The name of the file beside records.jsonl.
+/// File name beside records.jsonl.
 inline constexpr const char* worst_tick_file = "worst_tick.json";
 
-/// A vertical cut through the deepest place. Lengths in mm, x along the cut, y up, from the deepest place.
+/// Vertical cut through the deepest point, which is the origin. Lengths in mm, x along the cut, y up.
 struct WorstTick {
     struct Segment {
-        std::array<double, 4> ends{};  ///< x, y of one end, x, y of the other
-        double depth = 0.0;            ///< mm, mean of its ends; NaN where truth leaves the side open
+        std::array<double, 4> ends{};  ///< x, y of both ends
+        double depth = 0.0;            ///< mm, mean of its ends; NaN where the oracle leaves the side undecided
     };
     struct Body {
         std::string name;
@@ -30,11 +30,11 @@ struct WorstTick {
     };
     struct State {
         std::string name;
-        std::string state_hash;  ///< of the run's last frame, the record's; empty for the reference
-        double depth = std::numeric_limits<double>::quiet_NaN();  ///< mm, worst of this tick; NaN: not reported
+        std::string state_hash;  ///< hash of the run's last frame, equal to the record's; empty for the reference
+        double depth = std::numeric_limits<double>::quiet_NaN();  ///< mm, maximum of this tick; NaN: unknown
         std::vector<Body> bodies;
-        std::vector<std::array<double, 2>> points;  ///< places of the vertices that the reference holds, on the cut
-        std::string note;                           ///< what the state does not hold
+        std::vector<std::array<double, 2>> points;  ///< vertices that the reference constrains, on the cut
+        std::string note;                           ///< data that the state lacks
     };
     struct Curve {
         std::string name;
@@ -47,25 +47,24 @@ struct WorstTick {
     std::vector<Curve> force;
 };
 
-/// One line. Lengths are rounded to a micrometre, forces to a millinewton.
+/// One line of JSON, lengths rounded to 1 µm, forces to 1 mN.
 std::string to_json(const WorstTick& seen);
 /// Throws InputError.
 WorstTick worst_tick_from_json(const std::string& text, const std::string& file);
 
-/// The runs that the picture shows: on the scene where the best other response was deepest, the response of the
-/// sentence and that other one. Of scenes those come first that have a reference of hard contact. Nothing when no
-/// response was judged.
+/// Runs of the picture: on the scene where the best other response was deepest, the response of the summary sentence
+/// and that other one. Scenes with a hard-contact reference come first. Empty when no response was judged.
 struct WorstTickRuns {
     const Record* first = nullptr;
-    const Record* other = nullptr;  ///< null: there is only one
+    const Record* other = nullptr;  ///< null: only one run
     std::string first_name;
     std::string other_name;
 };
 std::optional<WorstTickRuns> worst_tick_runs(const std::vector<Record>& records);
-/// What it reports points into the records.
+/// The result points into the records.
 std::optional<WorstTickRuns> worst_tick_runs(std::vector<Record>&&) = delete;
 
-/// The states side by side on one scale of depth, as SVG.
+/// Draws the states side by side with a common depth scale, as SVG.
 std::string draw(const WorstTick& seen);
 
 }  // namespace trocar

@@ -1,5 +1,5 @@
-// Contacts held against those that were kept, one by one, since a mean would hide the one that went wrong; and pairs
-// held against exact truth, which is all that can be said once the frames are others.
+// Compares contacts with stored ones one by one, and pairs with the exact oracle. The oracle serves when the frames
+// have changed.
 #pragma once
 
 #include <cstdint>
@@ -14,38 +14,37 @@
 namespace trocar {
 
 struct BaselineTolerance {
-    double length = 1.0e-9;  ///< m, for depths and points
-    double angle = 1.0e-6;   ///< rad, for normals
+    double length = 1.0e-9;  ///< m, of depths and points
+    double angle = 1.0e-6;   ///< rad, of normals
 };
 
-/// One contact or pair that is not as it was, or not as it truly is.
+/// One contact or pair that differs from the stored one or from the oracle.
 struct ContactDifference {
     enum class What {
-        lost,     ///< kept, and gone
-        added,    ///< not kept
-        changed,  ///< another kind or geometry than the one kept
-        missed,   ///< of truth: a pair that meets and was not reported
-        untrue    ///< of truth: a pair that was reported and does not meet
+        lost,     ///< stored, not found now
+        added,    ///< found now, not stored
+        changed,  ///< other kind or geometry than the stored one
+        missed,   ///< false negative against the oracle
+        untrue    ///< false positive against the oracle
     };
     What what = What::lost;
     std::int64_t tick = 0;
     Index a = -1;  ///< a < b, triangle numbers of the topology
     Index b = -1;
-    std::optional<Contact> before;  ///< as kept; of `missed` what the coordinates report (contact/derive.hpp)
+    std::optional<Contact> before;  ///< stored contact; for `missed`, derived from the coordinates (contact/derive.hpp)
     std::optional<Contact> after;
-    /// m and rad, of `changed`: how far the two are apart, infinite where only one of them is a number.
+    /// Differences of a `changed` contact, m and rad; infinite where only one of the two is a number.
     double depth = 0.0;
     double point = 0.0;
     double angle = 0.0;
-    double distance = 0.0;  ///< m, of `untrue`: between the two triangles
-    bool touch = false;     ///< of `missed`: the two only touch
+    double distance = 0.0;  ///< m, for `untrue`: between the two triangles
+    bool touch = false;     ///< for `missed`: the triangles touch without crossing
 };
-/// "lost", "added", …
 const char* name_of(ContactDifference::What what);
 
-/// The ten worst of those that were shown to it, worst first. Lost before new before changed ones; among the lost, new
-/// and missed the deepest first, among the changed by the worst figure in units of its tolerance, among the untrue the
-/// farthest apart; missed and untrue by length together, those that only touch last. Ties by tick and triangles.
+/// Keeps the ten worst differences, worst first: lost, added, changed, then false negatives and positives. Lost, added
+/// and missed contacts are ordered by depth, changed ones by the largest difference relative to its tolerance. False
+/// positives are ordered by distance. Touching pairs come last, ties are ordered by tick and triangles.
 class WorstDifferences {
 public:
     static constexpr std::size_t most = 10;
@@ -64,32 +63,32 @@ struct AnswerDifference {
     std::int64_t missing = 0;  ///< contacts of the baseline that are gone
     std::int64_t extra = 0;  ///< contacts that the baseline does not have
     std::int64_t other_kind = 0;
-    double worst_depth = 0.0;  ///< m, largest of any contact; infinite where only one of the two is a number
+    double worst_depth = 0.0;  ///< m, maximum over contacts; infinite where only one of the two is a number
     double worst_point = 0.0;  ///< m
     double worst_angle = 0.0;  ///< rad
-    std::string outcome;       ///< "ok -> crashed"; empty: the same
+    std::string outcome;       ///< "ok -> crashed"; empty: unchanged
     std::vector<ContactDifference> worst;
     [[nodiscard]] bool within(const BaselineTolerance& tolerance) const;
 };
 
-/// Several contacts of one pair in one tick are held against each other so that those come together that are nearest.
+/// Several contacts of one pair in one tick are matched to their nearest counterparts.
 AnswerDifference compare_answers(const BaselineAnswer& before, const BaselineAnswer& after,
                                  const BaselineTolerance& tolerance);
 
-/// Leaves the ticks that are multiples of `every`.
+/// Keeps only the ticks that are multiples of `every`.
 void keep_every(std::int64_t every, BaselineAnswer& answer);
 
-/// What the frame itself reports one tick.
+/// Exact pairs of one frame.
 struct TickTruth {
-    std::vector<TrianglePair> pairs;  ///< that meet, sorted
-    std::vector<Index> touch;         ///< positions in pairs of those that only touch
+    std::vector<TrianglePair> pairs;  ///< intersecting pairs, sorted
+    std::vector<Index> touch;         ///< positions in `pairs` of those that only touch
 };
 TickTruth truth_of(const Topology& topology, const Frame& frame);
 
-/// Gathers how an answer's pairs agree with truth, tick by tick.
+/// Accumulates the agreement of a detector's pairs with the oracle over ticks.
 class TruthComparison {
 public:
-    /// The frame is finite; `contacts` in any order.
+    /// Precondition: the frame is finite. `contacts` in any order.
     void add(const Topology& topology, const Frame& frame, const TickTruth& truth,
              const std::vector<Contact>& contacts);
     [[nodiscard]] const TruthFigures& figures() const { return figures_; }
@@ -100,10 +99,8 @@ private:
     WorstDifferences worst_;
 };
 
-/// Whether pairs agree with truth at least as well as those of other frames did: no larger part of the true pairs is
-/// missing, no larger part of the reported ones untrue, and no smaller part of the stream's `ticks` was examined.
-/// Missing pairs that only touch do not count where such were missing before: nobody promised them then. Without
-/// figures of before nothing may be wrong.
+/// True when no error rate rises: fraction of false negatives, of false positives, and of ticks not examined. Touching
+/// false negatives do not count when earlier ones existed. Without earlier figures any error counts as worse.
 bool is_no_worse(const std::optional<TruthFigures>& before, std::int64_t ticks_before, const TruthFigures& after,
                  std::int64_t ticks_after);
 

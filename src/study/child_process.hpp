@@ -1,5 +1,4 @@
-// One run in a process of its own, under a time limit, so that a method that crashes or hangs becomes a row of the
-// report and not the end of the study.
+// Executes one run in a child process under a time limit, so that a crash or hang becomes a row of the report.
 #pragma once
 
 #include <chrono>
@@ -17,10 +16,10 @@ struct ChildEnd {
     enum class Kind { exited, signalled, timed_out, not_started };
     Kind kind = Kind::not_started;
     int code = 0;       ///< exit status, signal number, or errno when not started
-    std::string error;  ///< last reporting line that the child wrote to stderr
+    std::string error;  ///< last meaningful line of the child's stderr
 };
 
-/// Keeps SIGINT, SIGTERM and SIGCHLD for its own calls to collect, as long as it lives.
+/// Blocks SIGINT, SIGTERM and SIGCHLD during its lifetime; its functions collect them.
 class SignalsHeld {
 public:
     SignalsHeld();
@@ -29,20 +28,20 @@ public:
     SignalsHeld& operator=(const SignalsHeld&) = delete;
     SignalsHeld(SignalsHeld&&) = delete;
     SignalsHeld& operator=(SignalsHeld&&) = delete;
-    /// The mask that was in force before, and that a child gets.
+    /// Signal mask before construction, which children inherit.
     [[nodiscard]] const sigset_t& before() const { return before_; }
-    /// True when an interruption has arrived meanwhile; takes it.
+    /// True when an interruption is pending; consumes it.
     static bool take_interruption();
-    /// Sleeps until a child may have ended, or for `seconds`. True for an interruption.
+    /// Waits until a child may have ended, at most `seconds`. True for an interruption.
     static bool wait(double seconds);
 
 private:
     sigset_t before_{};
 };
 
-/// `command` (program and arguments), started at once. stdin is empty, stdout is dropped, stderr goes to `log`. The
-/// child leads a process group of its own, which is killed as a whole when the time is up, on interruption, and with
-/// this object; it dies with this process.
+/// Starts `command` (program and arguments). stdin is empty, stdout is discarded, stderr goes to `log`. The child has
+/// its own process group, which is killed at the time limit, on interruption, and in the destructor. The child itself
+/// also dies with this process.
 class ChildProcess {
 public:
     ChildProcess(const std::vector<std::string>& command, std::filesystem::path log, double time_limit_s,
@@ -53,9 +52,9 @@ public:
     ChildProcess(ChildProcess&&) = delete;
     ChildProcess& operator=(ChildProcess&&) = delete;
 
-    /// How it has ended, once it has; a child beyond its time is ended here.
+    /// Result once the child has ended; a child beyond its time limit is killed here.
     std::optional<ChildEnd> end();
-    /// Until its time is up; 0: it is.
+    /// Time left, s; 0 at the limit.
     [[nodiscard]] double seconds_left() const;
 
 private:
@@ -68,14 +67,14 @@ private:
     Clock::time_point deadline_;
 };
 
-/// Waits for one child alone. Nothing when interrupted: the child then still runs, until its object goes.
+/// Waits for one child. Empty when interrupted: the child then runs until its object is destroyed.
 std::optional<ChildEnd> wait_for(ChildProcess& child);
 
-/// What such an end means for the run when the child left no complete answer: timed_out or crashed, with the reason.
+/// Outcome of a child that left no complete result: timed_out or crashed, with the reason.
 Outcome failure_of(const ChildEnd& end, double time_limit_s);
 
-/// One runner per directory; the lock goes with the process, however it ends. Throws InputError when the directory
-/// cannot be written or another process holds it.
+/// Exclusive lock on a directory; the operating system releases it when the process ends. Throws InputError when the
+/// directory is not writable or another process holds the lock.
 class DirectoryLock {
 public:
     explicit DirectoryLock(const std::filesystem::path& directory);

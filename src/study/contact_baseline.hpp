@@ -1,5 +1,5 @@
-// Contacts on a scene's or a recording's frames, those of detectors and those that a recording carries, kept in a file,
-// so that a simulator's authors see when a change of code changes their contacts.
+// Stored contacts on the frames of a scene or recording, from detectors or from the recording itself. They show when a
+// change of code changes the contacts.
 #pragma once
 
 #include <cstdint>
@@ -13,41 +13,42 @@
 
 namespace trocar {
 
-/// What one detector said on the sampled ticks; ticks without a contact are left out.
+/// Contacts of one detector on one sampled tick; ticks without a contact are omitted.
 struct BaselineTick {
     std::int64_t tick = 0;
-    std::vector<Contact> contacts;  ///< kind, a, b, point, normal, depth; the rest is not kept
+    std::vector<Contact> contacts;  ///< fields stored: kind, a, b, point, normal, depth
 };
 
-/// How pairs of triangles agree with exact truth, summed over the ticks that were examined.
+/// Agreement of triangle pairs with the exact oracle, summed over the examined ticks.
 struct TruthFigures {
-    std::int64_t ticks = 0;     ///< whose pairs are known and whose frame is finite
-    std::int64_t pairs = 0;     ///< that truly meet
-    std::int64_t reported = 0;  ///< pairs of the answer; those made to be apart (depth below 0) only where they meet
-    std::int64_t false_negatives = 0;        ///< of `pairs`, not reported
+    std::int64_t ticks = 0;  ///< with known pairs and a finite frame
+    std::int64_t pairs = 0;  ///< of the oracle
+    std::int64_t reported =
+        0;  ///< reported pairs; those with a negative depth count only where the triangles intersect
+    std::int64_t false_negatives = 0;        ///< false negatives: of `pairs`, not reported
     std::int64_t false_negatives_touch = 0;  ///< of `false_negatives`, those that only touch
-    std::int64_t false_positives = 0;        ///< of `reported`, those that do not meet
+    std::int64_t false_positives = 0;        ///< false positives: of `reported`, those that do not intersect
     bool operator==(const TruthFigures&) const = default;
 };
 
 struct BaselineAnswer {
-    std::string outcome = "ok";  ///< the first that was not ok, by its name
+    std::string outcome = "ok";  ///< name of the first outcome that is not ok
     std::vector<BaselineTick> ticks;
-    std::optional<std::int64_t> every = {};  ///< where another one than the document's
-    std::optional<TruthFigures> truth = {};  ///< none in a file of format 1
+    std::optional<std::int64_t> every = {};  ///< set where it differs from ContactBaseline::every
+    std::optional<TruthFigures> truth = {};  ///< empty in a file of format 1
 };
 
-/// The name that contacts carried by a recording have among those of detectors.
+/// Key of the contacts stored in a recording, beside the detector names.
 inline constexpr const char* recorded_answer = "recorded";
 
 struct ContactBaseline {
     std::string source;       ///< name of the scene or recording
-    std::string source_hash;  ///< of its content, 16 hex digits
-    std::string frames_hash;  ///< over all frames, 16 hex digits: the same frames or no comparison
+    std::string source_hash;  ///< of the generator's content, 16 hex digits
+    std::string frames_hash;  ///< over all frames, 16 hex digits; contacts are compared only when it is equal
     std::int64_t ticks = 0;   ///< frames of the stream
-    std::int64_t every = 1;   ///< contacts are kept on ticks 0, every, 2 every …
+    std::int64_t every = 1;   ///< contacts are stored on ticks 0, every, 2 every …
     std::map<std::string, BaselineAnswer> detectors = {};
-    /// Of an answer that it has.
+    /// Precondition: `name` is a key of `detectors`.
     [[nodiscard]] std::int64_t every_of(const std::string& name) const {
         return detectors.at(name).every.value_or(every);
     }
@@ -56,17 +57,17 @@ struct ContactBaseline {
 /// One JSON document (trocar-baseline-3); detectors with the same answer share it. Lengths in m, to 1e-12; normals to
 /// 1e-12.
 std::string to_json(const ContactBaseline& baseline);
-/// Format 1 or 2. Throws InputError: no such file, not this format, wrong types or counts.
+/// Reads format 1 or 2. Throws InputError for a missing file, another format, wrong types or counts.
 ContactBaseline read_contact_baseline(const std::filesystem::path& file);
-/// From the text itself; `name` stands in complaints.
+/// `name`: file name for error messages.
 ContactBaseline contact_baseline_from_json(const std::string& text, const std::string& name);
-/// JSON Schema document printed by `trocar schema baseline`.
+/// JSON Schema, printed by `trocar schema baseline`.
 std::string contact_baseline_schema();
 
-/// Rounds to what the file keeps, so that fresh contacts and stored ones are equal when nothing has changed.
+/// Rounds to the precision of the file, so that unchanged contacts compare equal to stored ones.
 void round_like_stored(BaselineAnswer& answer);
 
-/// The word of the file for a contact's case.
+/// Name of a contact case in the file.
 const char* stored_word(ContactCase kind);
 
 }  // namespace trocar

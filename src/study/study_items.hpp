@@ -1,5 +1,5 @@
-// What the parts of a study file have in common: methods, scenes, sources, steppers, devices and counts, each checked
-// against the registry and the folder. Every fault is an InputError with its place in the file.
+// Readers for the items of a study file. Each item is checked against the registry and the file system. Every fault is
+// an InputError with its JSON pointer.
 #pragma once
 
 #include <cstdint>
@@ -12,51 +12,51 @@
 
 namespace trocar {
 
-/// An object with known keys only, and all of `required`.
+/// Throws unless the node is an object with all `required` keys and no key outside `known`.
 void expect_object(const JsonNode& node, const std::vector<std::string>& known,
                    const std::vector<std::string>& required);
-/// A list that is not empty.
+/// A non-empty list.
 std::vector<JsonNode> items_of(const JsonNode& node);
-/// A whole number from 1 on.
+/// An integer >= 1.
 std::int64_t count_of(const JsonNode& node);
 
-/// One of `scenes`, as it stands there or, without a folder, by its name.
+/// The entry of `scenes` that the item gives, as path or as bare name.
 std::string scene_of(const JsonNode& item, const std::vector<std::string>& scenes);
-/// A method as text, or as an object with its setting and basis; with `scenes` also with those of them that it runs on.
-/// `more_keys` are the caller's.
+/// Reads a method from text, or from an object with its setting and basis. With `scenes`, the object may name a subset
+/// of them. `more_keys`: further keys that the caller allows.
 StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {},
                         const std::vector<std::string>& more_keys = {});
-/// Whether "all" stands where a list of methods could.
+/// True for the text "all" in place of a list of methods.
 bool names_all(const JsonNode& node);
-/// A list of methods, each once; or "all": every method of the build, the absent ones too.
+/// A list of distinct methods, or "all": every method of the build, absent ones included.
 std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
                                       const std::vector<std::string>& more_keys = {});
-/// Checks a parameter of every method of the list by making the method with it.
+/// Checks a parameter by constructing every method of the list with it.
 void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& methods, bool is_detector,
                      const std::string& key, const std::string& value);
 
-/// Adds a method that the command line names to the parts that take one of its kind: replay, closed loop, hard cases,
-/// metamorphic test. Throws InputError for an unknown method, and for a study without such a part.
+/// Adds a method of the command line to the parts that take its kind: `replay`, `closed_loop`, `hard_cases`,
+/// `metamorphic`. Throws InputError for an unknown method, and for a study without such a part.
 void add_method(const std::string& text, Study& study);
 
-/// Where the scenes of a study are searched for.
+/// Search path for the scenes of a study.
 struct SceneFiles {
-    std::filesystem::path study;                 ///< the study file: first what lies relative to it
-    std::vector<std::filesystem::path> shipped;  ///< then these, by name
+    std::filesystem::path study;                 ///< the study file; scenes relative to it come first
+    std::vector<std::filesystem::path> shipped;  ///< then these, matched by name
 };
 
-/// A response that none of these sources serves works from its own instead, the one of `trocar run`. What the response
-/// itself names, and what this build lacks, stays.
+/// Sets the response's default contact generator when it can read none of `contacts`. Responses with named contact
+/// generators and absent responses stay unchanged.
 void serve(const std::vector<std::string>& contacts, StudyMethod& response);
 
-/// Scene files that are there, each once, as paths relative to the study file. A name without a folder, with or without
-/// .json, may be that of a shipped scene; patterns of a shell behind the last slash stand for what fits them.
+/// Existing scene files without repetition, as paths relative to the study file. A bare name, with or without .json,
+/// may be that of a shipped scene. Shell patterns after the last slash expand to the matching files.
 std::vector<std::string> read_scenes(const JsonNode& node, const SceneFiles& files);
 /// Name of a contact generator of this build.
 std::string read_contact_generator(const JsonNode& node);
-/// As RunSpec::stepper has them, each once.
+/// Distinct steppers, each as RunSpec::stepper.
 std::vector<std::string> read_steppers(const JsonNode& node);
-/// An object of settings, or the text of a command line. As RunSpec::device has it.
+/// An object of settings, or the text of a command line. Result as RunSpec::device.
 std::string read_device_of(const JsonNode& node);
 
 /// Ticks (0: the scene's), repetitions and truth stride of a part.

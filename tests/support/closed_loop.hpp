@@ -1,5 +1,5 @@
-// A small closed loop without scene files: a pinned sheet, a tool or a second tissue, brute-force pairs, the contact
-// source that a response takes first, that response, the tissue integrator. For tests of what responses do over time.
+// A small closed loop without scene files, for tests of responses over time. It has a pinned sheet, a tool or second
+// tissue, brute-force detection, the response with its default contact generator, and the tissue integrator.
 #pragma once
 
 #include <functional>
@@ -23,7 +23,7 @@ struct Mesh {
     std::vector<std::array<Index, 3>> triangles;
 };
 
-/// n×n squares of edge `edge` around the origin in the plane z = 0, normal +z, diagonals alternating.
+/// n×n squares of edge `edge` around the origin in the plane z = 0, normal +z, alternating diagonals.
 inline Mesh make_sheet(int n, double edge) {
     Mesh mesh;
     for (int i = 0; i <= n; ++i) {
@@ -44,7 +44,7 @@ inline Mesh make_sheet(int n, double edge) {
     return mesh;
 }
 
-/// Closed box with its centre in the origin, outer normals; corner i lies at +x, +y, +z for the bits 1, 2, 4 of i.
+/// Closed box centred at the origin, outward normals; bits 1, 2, 4 of corner i select +x, +y, +z.
 inline Mesh make_box(const Vector3& size) {
     Mesh mesh;
     for (int i = 0; i < 8; ++i) {
@@ -58,7 +58,7 @@ inline Mesh make_box(const Vector3& size) {
     return mesh;
 }
 
-/// Closed shaft along z from the origin (a pointed or flat end there) up to `length`, outer normals.
+/// Closed shaft along z from the origin (pointed or flat end) to `length`, outward normals.
 inline Mesh make_shaft(double radius, double length, int sides, double point_length) {
     Mesh mesh;
     const int rings = 12;
@@ -89,12 +89,12 @@ struct LoopBody {
     BodyKind kind = BodyKind::rigid;
     bool closed = true;
     Mesh mesh;
-    bool pin_rim = true;                         ///< tissue: pin vertices whose rest |x| or |y| is largest
-    std::function<Vector3(double)> offset = {};  ///< translation over time; absent: stays
+    bool pin_rim = true;                         ///< tissue: pin vertices with the largest rest |x| or |y|
+    std::function<Vector3(double)> offset = {};  ///< translation over time, m; absent: fixed
     std::string instrument = {};
 };
 
-/// Sheet of 5 mm edges, 3 mm thick (METHODS §12), unless the numbers are given.
+/// Defaults: sheet of 5 mm edges, 3 mm thick (METHODS §12).
 class ClosedLoop {
 public:
     double dt = 1e-3;
@@ -172,20 +172,20 @@ public:
         return outcome.ok();
     }
 
-    /// Mean force on a body over the last tick: contact force laws as integrated, and the output's wrenches, N.
+    /// Mean force on a body over the last tick, N: integrated contact force laws plus the output's wrenches.
     [[nodiscard]] Vector3 tool_force(std::size_t body) const {
         return reaction[body].force + output.wrench[body].force;
     }
-    /// N, on an instrument at the frame that the last response saw, tissue as it is now.
+    /// N, on an instrument at the response's last frame, with the present tissue.
     [[nodiscard]] Vector3 shown_force(Index body) const { return test::shown_force(topology, frame, dt, output, body); }
     [[nodiscard]] const MassSpring& tissue() const { return *tissue_; }
     [[nodiscard]] Response& response() { return *response_; }
     void set_jaw(std::size_t body, double jaw) { frame.pose[body].jaw = jaw; }
 
 private:
-    /// m: wide enough for what has moved, without the care that a run takes to keep it for long.
+    /// Query distance, m: margin plus the largest displacement of the tick. Runs use a more elaborate rule.
     [[nodiscard]] double query_distance() const {
-        constexpr double margin = 0.5e-3;  // of edges of 5 mm
+        constexpr double margin = 0.5e-3;  // m, a tenth of the 5 mm edges
         return margin + std::sqrt((frame.position - frame.previous).colwise().squaredNorm().maxCoeff());
     }
 

@@ -1,5 +1,5 @@
-// Energy that surely came from nowhere, from trajectories, masses and the forces on tools alone: what tissue gains in
-// motion and springs plus the work of contact on the tools. Dampers only take, so that a positive sum was created.
+// Lower bound of numerically created energy, from trajectories, masses and tool forces. It is the gain of kinetic and
+// spring energy of tissue plus the contact work on tools. Damping only dissipates, so a positive sum is created energy.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@
 
 namespace trocar::test {
 
-/// Follows a run of tools that do not turn, from the first tick with a force on one of them.
+/// Follows a run of non-rotating tools, from the first tick with a force on one of them.
 class CreatedEnergy {
 public:
     explicit CreatedEnergy(const Scene& scene) : scene_(&scene) {}
@@ -23,7 +23,7 @@ public:
         for (Index body = 0; body < scene_->topology.body_count(); ++body) {
             if (scene_->topology.bodies[at(body)].kind != BodyKind::instrument) continue;
             const Vector3& force = simulation.body_loads()[at(body)].force;
-            constexpr double no_force = 1e-9;  // N, rounding of a hand's free motion
+            constexpr double no_force = 1e-9;  // N, above the rounding error of an operator's free motion
             if (!before_ && force.norm() > no_force) before_ = energy_of(simulation.seen());
             work += force.dot(step(body, simulation));
         }
@@ -35,11 +35,11 @@ public:
         worked_ += std::abs(work);
     }
     [[nodiscard]] double largest() const { return largest_; }  ///< J
-    /// Of the summed work on the tools.
+    /// largest() relative to the summed absolute work on the tools.
     [[nodiscard]] double share() const { return worked_ > 0.0 ? largest_ / worked_ : 0.0; }
 
 private:
-    /// A script's step lies before the frame that detect saw; an operator's step lies after it.
+    /// Displacement of a tool in the tick, m: before the seen frame for a script, after it for an operator.
     [[nodiscard]] Vector3 step(Index body, const Simulation& simulation) const {
         const Index v = scene_->topology.bodies[at(body)].vertices.first;
         const std::optional<Motion>& motion = scene_->bodies[at(body)].motion;

@@ -1,4 +1,4 @@
-// Access to data that lies outside the project. Tests that use it skip, and say so, where it is not there.
+// Access to data outside the project. Tests that need it are skipped with a message when it is absent.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 
 namespace trocar::test {
 
-/// $TROCAR_DATA/relative, or an empty path when the data is not on this machine.
+/// $TROCAR_DATA/relative, or an empty path when absent.
 inline std::filesystem::path data_path(const std::string& relative) {
     const char* folder = std::getenv("TROCAR_DATA");
     if (folder == nullptr || *folder == '\0') return {};
@@ -19,7 +19,7 @@ inline std::filesystem::path data_path(const std::string& relative) {
 
 }  // namespace trocar::test
 
-/// Ends the test as skipped when the file or folder is missing; test.sh counts these lines.
+/// Skips the test when the file or folder is absent; test.sh counts the messages.
 #define TROCAR_DATA_OR_SKIP(variable, relative)                               \
     const std::filesystem::path variable = trocar::test::data_path(relative); \
     if (variable.empty()) GTEST_SKIP() << "no data: " << (relative)

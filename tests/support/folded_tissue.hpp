@@ -1,4 +1,4 @@
-// Tissue that lies under a tool in two layers: a sheet folded over itself, and a flat bag.
+// Tissue in two layers under a tool: a folded sheet and a flat bag.
 #pragma once
 
 #include <cmath>
@@ -9,8 +9,7 @@
 
 namespace trocar::test {
 
-/// Height of a layer of triangles over a point, from the mesh alone: the highest point of the layer on the vertical
-/// line; NaN beside it.
+/// Height of a layer of triangles over (x, y): its highest point on the vertical line; NaN beside the layer.
 template <typename Corners>
 double height_of(const Corners& triangles, double x, double y) {
     double height = std::nan("");
@@ -25,16 +24,16 @@ double height_of(const Corners& triangles, double x, double y) {
     return height;
 }
 
-/// Two layers and what joins them; the upper layer's triangles come first, then the lower layer's.
+/// Two layers and their joint. Triangles are ordered: upper layer, lower layer, joint.
 struct LayeredTissue {
     Mesh mesh;
-    Index upper = 0;  ///< triangles of the upper layer, whose front looks up
-    Index lower = 0;  ///< triangles of the lower layer, whose front looks down
+    Index upper = 0;  ///< number of triangles of the upper layer, front in +z
+    Index lower = 0;  ///< number of triangles of the lower layer, front in -z
     bool closed = false;
 };
 
-/// A sheet of 2·half_width in y, whose layers reach from x = -reach to reach at z = 0 and z = -gap, folded about a
-/// bend at x = reach; open.
+/// Open sheet, 2·half_width wide in y, folded about a bend at x = `query_distance`. The layers extend from x =
+/// -`query_distance` to x = `query_distance` at z = 0 and z = -gap. Lengths in m.
 inline LayeredTissue make_fold(double query_distance, double half_width, double gap, double edge) {
     std::vector<std::array<double, 2>> path;  // x, z
     const auto along = static_cast<int>(std::lround(2.0 * query_distance / edge));
@@ -76,7 +75,7 @@ inline LayeredTissue make_fold(double query_distance, double half_width, double 
     return fold;
 }
 
-/// A flat bag of n×n squares whose two walls are `gap` apart and meet in the rim; closed.
+/// Closed flat bag of n×n squares, whose walls are `gap` apart and meet at the rim. Lengths in m.
 inline LayeredTissue make_bag(int n, double edge, double gap) {
     LayeredTissue bag;
     bag.closed = true;
@@ -94,7 +93,7 @@ inline LayeredTissue make_bag(int n, double edge, double gap) {
         const auto at = [&](std::size_t i) { return below[static_cast<std::size_t>(t[i])]; };
         return std::array<Index, 3>{at(2), at(1), at(0)};
     };
-    // Triangles with all corners on the rim would be in both walls.
+    // Triangles with all corners on the rim would occur in both walls.
     std::vector<std::array<Index, 3>> kept;
     for (const auto& t : sheet.triangles) {
         const auto below_it = under(t);

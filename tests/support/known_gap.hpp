@@ -1,4 +1,4 @@
-// A test of something that does not hold yet: reported, and a failure as soon as it does.
+// Expected failure: prints a known gap, and fails as soon as the gap is closed.
 #pragma once
 
 #include <gtest/gtest-spi.h>
@@ -8,7 +8,7 @@
 
 namespace trocar::test {
 
-/// Runs a body of expectations of which at least one must fail; `why` says what is missing.
+/// Runs expectations of which at least one must fail. `why`: description of the gap.
 template <typename Body>
 void expect_known_gap(const char* why, const Body& body) {
     testing::TestPartResultArray results;

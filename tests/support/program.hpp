@@ -1,4 +1,4 @@
-// Runs the trocar program as a user would and gives back its exit status and both outputs.
+// Runs the trocar program through the shell and captures exit status, stdout and stderr.
 #pragma once
 
 #include <sys/wait.h>
@@ -18,7 +18,7 @@ struct ProgramResult {
     std::string err;
 };
 
-/// A fresh empty folder, removed when the object dies.
+/// A fresh empty folder, removed by the destructor.
 class TemporaryFolder {
 public:
     TemporaryFolder() {

@@ -1,5 +1,4 @@
-// Random vectors that are the same with every compiler: the order in which a call's arguments are drawn is not laid
-// down.
+// Random vectors in a fixed draw order, since C++ leaves the evaluation order of arguments unspecified.
 #pragma once
 
 #include <random>
@@ -8,7 +7,7 @@
 
 namespace trocar::test {
 
-/// z, y and x, drawn in this order: GCC's, in which the families were first drawn and gaps became known.
+/// Draws z, y, x: GCC's argument order, on which stored expectations depend.
 template <typename Distribution, typename Random>
 Vector3 random_vector(Distribution& distribution, Random& random) {
     Vector3 drawn;
@@ -16,7 +15,7 @@ Vector3 random_vector(Distribution& distribution, Random& random) {
     return drawn;
 }
 
-/// With the unit quaternion along z, y, x and w, drawn in this order: evenly spread where the distribution is normal.
+/// Draws z, y, x, w of a unit quaternion: uniform over rotations for a normal distribution.
 template <typename Distribution, typename Random>
 Eigen::Quaterniond random_turn(Distribution& distribution, Random& random) {
     const Vector3 axis = random_vector(distribution, random);

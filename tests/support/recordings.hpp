@@ -1,4 +1,4 @@
-// A small recording put together byte by byte from the words of the format's description, not by our writer.
+// A small recording assembled byte by byte from the format's description, independent of the library's writer.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,8 @@
 
 namespace trocar::test {
 
-/// Two triangles in two bodies (a, open tissue; b, instrument), three frames; every piece can be changed first.
+/// Two triangles in two bodies (a: open tissue; b: instrument) over three frames. Tests modify the members before
+/// bytes().
 struct RecordingText {
     std::string magic = "TROCREC1";
     nlohmann::ordered_json header = nlohmann::ordered_json::parse(R"({"format":"trocar-recording-1","unit":"m",

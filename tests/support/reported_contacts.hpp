@@ -1,4 +1,4 @@
-// Contacts that a test writes by hand, completed as every source reports them.
+// Completes manually written contacts as contact generators do.
 #pragma once
 
 #include "contact/contact_set.hpp"

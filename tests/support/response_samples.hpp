@@ -16,17 +16,17 @@
 
 namespace trocar::test {
 
-/// Body a is triangle 0 (vertices 0-2), body b triangle 1 (vertices 3-5).
+/// Body a is triangle 0 (vertices 0-2), body b is triangle 1 (vertices 3-5).
 struct PairSample {
     Topology topology;
     Materials materials;
     Frame frame;
     ContactSet contacts;
     ResponseOutput output;
-    // Of the last `step`.
+    // Results of the last `step`:
     Frame before;
     Outcome outcome;
-    std::vector<Wrench> load;  ///< per body, of contacts on tissue
+    std::vector<Wrench> load;  ///< per body, from contacts on tissue
     std::vector<ContactForce> loads;
 
     PairSample(BodyKind kind_a, BodyKind kind_b, const Matrix3X& corners) {
@@ -54,7 +54,8 @@ struct PairSample {
         output.resize(6, 2);
     }
 
-    /// The response that has answered; whoever takes the output further keeps it, since a solver of it is its own.
+    /// Calls the response and returns it. It must outlive the use of `output`, which may refer to the response's
+    /// solver.
     std::unique_ptr<Response> respond(const std::string& method) {
         const MethodSpec spec = parse_method(method);
         std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
@@ -63,7 +64,7 @@ struct PairSample {
         response->respond(frame, dt, contacts, {}, output);
         return response;
     }
-    /// Answers and takes the frame over one tick under that, by the default stepper.
+    /// Calls the response and advances the frame by one tick with the default stepper.
     void step(const std::string& method) {
         const std::unique_ptr<Response> response = respond(method);
         before = frame;
@@ -72,7 +73,7 @@ struct PairSample {
         outcome = tissue.advance(output, dt, frame, load);
         loads.assign(tissue.loads().begin(), tissue.loads().end());
     }
-    /// N, mean over the last `step` of all that has acted on a tissue vertex.
+    /// N, mean total force on a tissue vertex over the last `step`.
     [[nodiscard]] Vector3 force_on(Index vertex) const {
         return materials.mass[static_cast<std::size_t>(vertex)] / dt *
                (frame.velocity.col(vertex) - before.velocity.col(vertex));
@@ -84,7 +85,7 @@ private:
     static constexpr double dt = 1e-3;  // s
 };
 
-/// Face of body a is the plane z = 0 (normal +z) around the origin; corner 3 of body b lies 0.5 mm below it.
+/// Face of body a is in the plane z = 0 (normal +z) around the origin; vertex 3, of body b, lies 0.5 mm below it.
 inline PairSample vertex_of_b_in_a(BodyKind kind_a, BodyKind kind_b) {
     Matrix3X corners(3, 6);
     corners.col(0) = Vector3(0.0, 0.0, 0.0);
@@ -110,7 +111,7 @@ inline PairSample vertex_of_b_in_a(BodyKind kind_a, BodyKind kind_b) {
     return sample;
 }
 
-/// Face of body b is the plane z = 0 (normal +z); corner 0 of body a lies 1.5 mm below it.
+/// Face of body b is in the plane z = 0 (normal +z); vertex 0, of body a, lies 1.5 mm below it.
 inline PairSample vertex_of_a_in_b(BodyKind kind_a, BodyKind kind_b) {
     Matrix3X corners(3, 6);
     corners.col(0) = Vector3(0.002, 0.003, -0.0015);
@@ -136,7 +137,7 @@ inline PairSample vertex_of_a_in_b(BodyKind kind_a, BodyKind kind_b) {
     return sample;
 }
 
-/// Edges cross: overlap of 0.125 m along +x (the data's 3.9-a).
+/// Crossing edges with an overlap of 0.125 m along +x (case 3.9-a of the data).
 inline PairSample edges_crossing(BodyKind kind_a, BodyKind kind_b) {
     Matrix3X corners(3, 6);
     corners.col(0) = Vector3(0.0, -1.0, 0.0);

@@ -1,4 +1,4 @@
-// Closed loops of whole scenes for tests of responses.
+// Closed loops of whole scenes, for tests of responses.
 #pragma once
 
 #include <cstdint>
@@ -9,15 +9,15 @@
 
 namespace trocar::test {
 
-/// The contact generator of meeting triangles where the response can read it, else the response's own.
+/// Contact generator `intersection` where the response can read it, else the response's default.
 inline std::string meeting_triangles_or_own(const MethodSpec& response) {
     return why_unreadable(registry().contact_generator("intersection"), response).empty()
                ? "intersection"
                : default_contact_generator(response);
 }
 
-/// With the fast detector; the depth is measured on every `truth_stride`-th tick. `ticks`: 0 = as the scene says;
-/// `contacts`: empty = the response's own.
+/// Runs a scene with ohc_clustered. The depth is measured on every `truth_stride`-th tick. `ticks`: 0 = as the scene
+/// says; `contacts`: empty = the response's default.
 inline Record run_scene_with(const Scene& scene, const std::string& response, std::int64_t truth_stride = 1,
                              std::int64_t ticks = 0, const RunLimits& limits = {}, const std::string& stepper = {},
                              const std::string& contacts = {}) {

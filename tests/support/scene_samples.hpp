@@ -1,4 +1,4 @@
-// Small scenes with known answers, read through the scene reader like anybody's.
+// Small scenes with known results, read by the scene reader.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,8 +18,8 @@ inline Scene scene_from_text(const std::string& text) {
     return read_scene(file, std::nullopt);
 }
 
-/// A ball of 8 mm goes straight down into a pinned sheet at z = 0: its lowest point from +3 mm to -2 mm in 40 ms, and
-/// stays there.
+/// A ball of radius 8 mm moves down into a pinned sheet at z = 0. Its lowest point moves from z = +3 mm to -2 mm in 40
+/// ms and then rests.
 inline std::string poke_text() {
     return R"({"format":"trocar-scene-2","name":"poke","unit":"m","dt":0.001,"ticks":60,"seed":1,"bodies":[
       {"name":"sheet","kind":"tissue","closed":false,"parts":[{"shape":"sheet","size":[0.06,0.06],"edge":0.006}]},
@@ -28,7 +28,7 @@ inline std::string poke_text() {
                                               {"time":0.04,"pose":[0.001,0.0007,0.006,0,0,0]}]}}]})";
 }
 
-/// A ball led by an operator is pressed `press` metres into the top of a block that stands still.
+/// An operator presses a ball `press` metres into the top of a fixed block.
 inline std::string press_text(double press) {
     return fmt::format(
         R"({{"format":"trocar-scene-2","name":"press","unit":"m","dt":0.001,"ticks":400,"seed":1,"bodies":[

@@ -1,7 +1,6 @@
-// A second, slow answer to what DepthTruth says, for the same sample points and in another way: winding numbers by
-// solid angles instead of rays, brute force instead of grids and trees, rounded numbers instead of exact predicates,
-// and sides on open sheets from the first and the present frame alone instead of from where the sheet cuts the body.
-// Shares no code with src/measure.
+// Independent slow implementation of DepthTruth for the same sample points; shares no code with src/measure. It uses
+// winding numbers from solid angles, brute force, and floating-point predicates. Sides of open sheets are computed from
+// the first and the present frame alone.
 #pragma once
 
 #include <algorithm>
@@ -23,7 +22,7 @@ using Real = double;
 using Point = Eigen::Matrix<Real, 3, 1>;
 using Corners3 = std::array<Point, 3>;
 
-/// Solid angle of a triangle seen from the origin over 2π, positive where its front looks away (van Oosterom and
+/// Half the solid angle of a triangle seen from the origin, positive where its front faces away (van Oosterom and
 /// Strackee 1983).
 inline Real half_solid_angle(const Point& a, const Point& b, const Point& c) {
     const Real la = a.norm();
@@ -32,7 +31,7 @@ inline Real half_solid_angle(const Point& a, const Point& b, const Point& c) {
     return std::atan2(a.dot(b.cross(c)), la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
 }
 
-/// Distance to a closed triangle by the regions of its corners, edges and face (Ericson 2005, 5.1.5), m.
+/// Distance to a closed triangle by Voronoi regions (Ericson 2005, 5.1.5), m.
 inline Real distance_to(const Corners3& t, const Point& p) {
     const Point ab = t[1] - t[0];
     const Point ac = t[2] - t[0];
@@ -60,8 +59,8 @@ inline Real distance_to(const Corners3& t, const Point& p) {
     return (ap - vb / whole * ab - vc / whole * ac).norm();
 }
 
-/// Share of the way from p to q at which it passes the triangle, and +1 from front to back, -1 the other way.
-/// `beside`: as a share of the triangle's doubled area, how far outside it still counts.
+/// Crossing of segment pq with the triangle: segment parameter in [0, 1], and +1 from front to back, else -1. `beside`:
+/// tolerance outside the triangle as a barycentric coordinate.
 inline std::optional<std::pair<Real, int>> passage(const Corners3& t, const Point& p, const Point& q, Real beside = 0) {
     const Point normal = (t[1] - t[0]).cross(t[2] - t[0]);
     const Real before = normal.dot(p - t[0]);
@@ -77,7 +76,7 @@ inline std::optional<std::pair<Real, int>> passage(const Corners3& t, const Poin
 
 class SecondTruth {
 public:
-    /// How far a point has to be from a surface so that the two truths must agree, m.
+    /// Distance from a surface, m, beyond which both implementations must agree.
     static constexpr double undecidable = 1e-8;
 
     SecondTruth(const Topology& topology, const Frame& first) : topology_(&topology), start_(first.position) {
@@ -109,14 +108,14 @@ public:
         }
     }
 
-    /// The sheet's rim is where it was in the first frame.
+    /// True when the rim is at its position of the first frame.
     [[nodiscard]] bool rim_is_held(Index sheet) const {
         const auto& rim = rim_[at(sheet)];
         return std::all_of(rim.begin(), rim.end(), [this](Index v) { return now_.col(v) == start_.col(v); });
     }
 
-    /// The sheet's rim passes through a face of the body. On which side of the sheet the body's points are depends
-    /// then on the way over its surface.
+    /// True when the rim of the sheet intersects a face of the body. The side of the body's points then depends on the
+    /// path over its surface.
     [[nodiscard]] bool rim_pierces(Index sheet, Index from) const {
         const Range faces = body(from).triangles;
         for (const auto& [edge, count] : edges_[at(sheet)]) {
@@ -131,7 +130,7 @@ public:
         return false;
     }
 
-    /// Winding number of a closed body about p, not 0.
+    /// True when the winding number of a closed body about p is not 0.
     [[nodiscard]] bool is_inside(Index body, const Vector3& p) const {
         if (!boxes_[at(body)].overlaps(Box{p, p})) return false;
         Real sum = 0;
@@ -141,23 +140,22 @@ public:
             const Point x = p.cast<Real>();
             sum += half_solid_angle(c[0] - x, c[1] - x, c[2] - x);
         }
-        return std::abs(sum) > std::numbers::pi_v<Real>;  // half solid angles: 2π for one turn
+        return std::abs(sum) > std::numbers::pi_v<Real>;  // half solid angles: 2π per turn
     }
 
     [[nodiscard]] double distance(Index body, const Vector3& p) const { return distance(body, p, now_); }
 
-    /// Signed crossings of the open sheet that lead from the right side to a point of `from` which was at `before` in
-    /// the first frame and is at `p` now. The rim is held: the sheet of now and that of the first frame, turned over,
-    /// close to a shell; its winding number about p, and the straight way from `before` to p through the sheet as it
-    /// was first, are all that can have happened, but for a way round the rim.
+    /// Signed number of sheet crossings of a point of `from`, from `before` in the first frame to `p` now. The rim is
+    /// fixed, so the present sheet and the reversed first one form a closed shell. Crossings are the shell's winding
+    /// number about p plus those of segment `before`–`p` with the first sheet. A path around the rim is not covered.
     [[nodiscard]] int crossed(Index from, Index sheet, const Vector3& before, const Vector3& p) {
         return at_start(from, sheet, before) + through_start(sheet, moved(before), moved(p)) + shell(sheet, p);
     }
 
-    /// Stretches of the edges of `from` that are inside the closed body `into`, and how deep the deepest is, m.
+    /// Segments of the edges of `from` inside the closed body `into`, and their maximum depth, m.
     struct Edges {
         int stretches = 0;
-        int shallow = 0;  ///< of these, less than `undecidable` deep
+        int shallow = 0;  ///< of `stretches`, those less than `undecidable` deep
         double depth = 0.0;
     };
     [[nodiscard]] Edges edges_inside(Index from, Index into) const {
@@ -169,7 +167,7 @@ public:
             if (!boxes_[at(into)].overlaps(Box{p.cwiseMin(q), p.cwiseMax(q)})) continue;
             std::vector<Real> cuts{0, 1};
             for (Index t = other.first; t < other.end(); ++t) {
-                // One cut too many parts an edge where nothing changes; a lost one would join inside and outside.
+                // A surplus cut is harmless; a missing one would merge inside and outside.
                 const auto path = passage(corners(t, now_), p.cast<Real>(), q.cast<Real>(), 1e-9);
                 if (path) cuts.push_back(path->first);
             }
@@ -200,7 +198,7 @@ public:
     }
 
 private:
-    /// Branch and bound: the distance changes by no more than the way along the edge.
+    /// Branch and bound: distance is 1-Lipschitz along the edge.
     template <typename On>
     [[nodiscard]] double deepest(Index into, const On& on, Real first, Real last, Real length, double most) const {
         std::vector<std::pair<Real, Real>> waiting{{first, last}};
@@ -224,7 +222,7 @@ private:
         return {where.col(c[0]).cast<Real>(), where.col(c[1]).cast<Real>(), where.col(c[2]).cast<Real>()};
     }
 
-    /// No way of a point leads exactly through an edge of a regular mesh.
+    /// Small offset against exact crossings of mesh edges.
     static Point moved(const Vector3& p) { return p.cast<Real>() + Point(1.31e-10, 2.73e-10, 0.67e-10); }
 
     [[nodiscard]] double distance(Index body_number, const Vector3& p, const Matrix3X& where) const {
@@ -251,7 +249,7 @@ private:
         return sum;
     }
 
-    /// Winding number of the sheet of now and the first one turned over.
+    /// Winding number about p of the present sheet joined with the reversed first one.
     [[nodiscard]] int shell(Index sheet, const Vector3& p) const {
         const Range range = body(sheet).triangles;
         Box box;
@@ -276,8 +274,8 @@ private:
         return static_cast<int>(std::lround(static_cast<double>(sum / (2 * std::numbers::pi_v<Real>))));
     }
 
-    /// In the first frame: from the vertex that is farthest from the sheet, or, where edges pass through the sheet,
-    /// from the side that the scene declares.
+    /// Side of p in the first frame, relative to the vertex farthest from the sheet. Where edges cross the sheet,
+    /// relative to the side that the scene declares.
     [[nodiscard]] int at_start(Index from, Index sheet, const Vector3& p) {
         const auto [known, is_new] = reference_.try_emplace({from, sheet});
         Reference& reference = known->second;

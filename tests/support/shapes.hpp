@@ -1,5 +1,4 @@
-// Generated bodies and scenes for the tests of detectors, with nothing taken from the library's own shapes: a bug there
-// must not be able to hide a bug here.
+// Generated bodies and scenes for tests of detectors, independent of the library's own shapes.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +13,7 @@
 
 namespace trocar::test {
 
-/// One body with its vertices, as a test builds it.
+/// Vertices and triangles of one body.
 struct Shape {
     std::vector<Vector3> vertices;
     std::vector<std::array<Index, 3>> triangles;
@@ -57,7 +56,7 @@ inline Shape sheet(double size, int n) {
     return shape;
 }
 
-/// Closed tube with flat caps along z from 0 to `length`: `around` sides, `along` rings. along = 1 gives long
+/// Closed tube with flat caps along z from 0 to `length`: `around` sides, `along` rings. along = 1 gives slender
 /// triangles.
 inline Shape shaft(double radius, double length, int around, int along) {
     Shape shape;
@@ -114,7 +113,7 @@ inline Shape sphere(double radius, int n) {
     return shape;
 }
 
-/// Closed slab: two sheets of n × n quads, `thickness` apart, joined at the rim. The top lies in z = 0.
+/// Closed slab: two sheets of n × n quads, `thickness` apart, joined at the rim. The top is at z = 0.
 inline Shape slab(double size, double thickness, int n) {
     Shape shape = sheet(size, n);
     Shape under = sheet(size, n);
@@ -149,7 +148,6 @@ inline Shape soup(int count, double size, double extent, std::uint32_t seed) {
     return shape;
 }
 
-/// One triangle.
 inline Shape triangle(const Vector3& a, const Vector3& b, const Vector3& c) { return {{a, b, c}, {{0, 1, 2}}}; }
 
 /// Topology and first frame of a scene made of shapes.

@@ -1,5 +1,5 @@
-// The force on an instrument that an ResponseOutput stands for at the frame the response saw, without any stepper: what
-// single calls of a response are held to. A run shows the mean over the tick instead.
+// Force on an instrument that an ResponseOutput gives at the response's frame, without a stepper, for tests of single
+// calls. A run reports the mean over the tick instead.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 namespace trocar::test {
 
-/// Force of a contact along its normal at the frame, N: k d - mu (v_P·n - face velocity), not below 0 unless adhesive
-/// or bilateral, 0 without penetration unless bilateral, and at most its limit.
+/// Force of a contact along its normal at the frame, N: k d - mu (v_P·n - face velocity). It is at most the limit. It
+/// is not negative unless adhesive or bilateral, and 0 without penetration unless bilateral.
 inline double force_at_frame(const Topology& topology, const Frame& frame, double dt, const ContactForceLaw& contact) {
     const double gap = contact.gap + scripted_rate(topology, frame, dt, contact) * dt;
     if (!contact.bilateral() && gap > 0.0) return 0.0;
@@ -33,7 +33,7 @@ inline double force_at_frame(const Topology& topology, const Frame& frame, doubl
     return std::clamp(pressed, -contact.limit, contact.limit);
 }
 
-/// N, the plain sum over contacts and wrenches.
+/// N, sum over contacts and wrenches.
 inline Vector3 shown_force(const Topology& topology, const Frame& frame, double dt, const ResponseOutput& output,
                            Index body) {
     Vector3 sum = output.wrench[static_cast<std::size_t>(body)].force;

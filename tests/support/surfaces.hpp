@@ -1,4 +1,4 @@
-// Facts about a triangle surface by direct counting, for tests of generated shapes.
+// Properties of a triangle surface by direct counting, for tests of generated shapes.
 #pragma once
 
 #include <algorithm>
@@ -36,7 +36,7 @@ inline bool every_edge_at_most_twice_and_opposite(const Triangles& triangles) {
     return std::all_of(edges.begin(), edges.end(), [](const auto& entry) { return entry.second == 1; });
 }
 
-/// Each edge exactly twice, in opposite directions.
+/// True when each edge occurs exactly twice, in opposite directions.
 inline bool is_closed(const Triangles& triangles) {
     return every_edge_at_most_twice_and_opposite(triangles) && boundary_edges(triangles).empty();
 }
@@ -63,7 +63,7 @@ inline double total_area(const Surface& surface) {
     return sum;
 }
 
-/// Of all triangles, relative to their longest edge.
+/// Minimum height of all triangles relative to their longest edge; 0 below 1e-6.
 inline double smallest_height(const Surface& surface) {
     double smallest = 1.0;
     for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {
@@ -93,7 +93,7 @@ inline Index unused_vertices(const Surface& surface) {
     return static_cast<Index>(surface.vertices.cols()) - static_cast<Index>(used.size());
 }
 
-/// Some edge of a closed surface where the neighbour's far corner lies above the triangle's plane.
+/// True when the closed surface has an edge whose neighbour's far corner lies above the triangle's plane.
 inline bool has_concave_edge(const Surface& surface) {
     std::map<std::pair<Index, Index>, Index> opposite;
     for (Eigen::Index t = 0; t < surface.triangles.cols(); ++t) {

@@ -1,4 +1,4 @@
-// Tissue whose springs tie anything to anything, and its implicit system as a dense matrix.
+// Tissue with an irregular spring network, and its implicit system as a dense matrix.
 #pragma once
 
 #include <random>
@@ -10,7 +10,7 @@
 
 namespace trocar::test {
 
-/// Random tissue of springs that tie each vertex to a few further on; every seventh vertex is held.
+/// Random tissue whose springs connect each vertex v with v+1 and v+3; every seventh vertex is pinned.
 inline TissueSample tangle(unsigned seed) {
     constexpr Index vertices = 60;
     std::mt19937 random(seed);
@@ -40,7 +40,7 @@ inline TissueSample tangle(unsigned seed) {
     return make_tissue(points, mass, pinned, springs);
 }
 
-/// A of SpringSystem's own docstring, over all vertices of the state.
+/// Matrix A of SpringSystem, dense, over all vertices of the state.
 inline Eigen::MatrixXd dense(const SpringArrays& springs, const SpringSystem& system) {
     const auto vertices = static_cast<Eigen::Index>(system.inertia.size());
     Eigen::MatrixXd a = Eigen::MatrixXd::Zero(3 * vertices, 3 * vertices);

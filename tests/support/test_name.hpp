@@ -1,4 +1,4 @@
-// Names of tests that are made from other names: what GoogleTest takes in them.
+// Valid GoogleTest names from other names.
 #pragma once
 
 #include <algorithm>
@@ -7,7 +7,7 @@
 
 namespace trocar::test {
 
-/// "ode_joints:setting=library" as "ode_joints_setting_library": every character but letters and digits is '_'.
+/// "ode_joints:setting=library" -> "ode_joints_setting_library": every other character becomes '_'.
 inline std::string test_name(std::string text) {
     std::replace_if(
         text.begin(), text.end(), [](unsigned char letter) { return std::isalnum(letter) == 0; }, '_');

@@ -1,4 +1,4 @@
-// Small tissue systems with known answers, shared by tests of the integrator and of the responses.
+// Small tissue systems with known results, for tests of integrator and responses.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 
 namespace trocar::test {
 
-/// World of one tissue body without triangles and a frame at rest.
+/// One tissue body without triangles, with a frame at rest.
 struct TissueSample {
     Topology topology;
     Materials materials;
@@ -40,7 +40,7 @@ inline TissueSample make_tissue(const std::vector<Vector3>& points, const std::v
     return sample;
 }
 
-/// Equilateral lattice inside a circle, rim pinned, all springs k with preload p k L; the centre is vertex 0.
+/// Equilateral lattice inside a circle, pinned rim, springs of stiffness k with preload p k L; vertex 0 is the centre.
 inline TissueSample make_disc(double radius, double edge, double k, double preload, double mass) {
     std::vector<Vector3> points;
     points.emplace_back(0.0, 0.0, 0.0);
@@ -62,20 +62,20 @@ inline TissueSample make_disc(double radius, double edge, double k, double prelo
                                .preload = preload * k * edge});
         }
     }
-    // Every free vertex has all six neighbours; the pinned ring straddles the radius.
+    // Free vertices have all six neighbours; the pinned ring straddles the radius.
     std::vector<std::uint8_t> pinned(points.size(), 0);
     for (std::size_t i = 0; i < points.size(); ++i) pinned[i] = points[i].norm() > radius - 0.5 * edge ? 1 : 0;
     return make_tissue(points, std::vector<double>(points.size(), mass), pinned, springs);
 }
 
-/// ResponseOutput of the right size without anything in it.
+/// Empty ResponseOutput of the right size.
 inline ResponseOutput empty_output(const Topology& topology) {
     ResponseOutput output;
     output.resize(topology.vertex_count, topology.body_count());
     return output;
 }
 
-/// One contact on one vertex against a plane with normal `normal`.
+/// One contact of a vertex with a plane.
 inline ContactForceLaw plane_contact(Index vertex, const Vector3& normal, double gap, double k, double mu) {
     ContactForceLaw contact;
     contact.vertices = {vertex, -1, -1};
@@ -87,9 +87,9 @@ inline ContactForceLaw plane_contact(Index vertex, const Vector3& normal, double
     return contact;
 }
 
-/// 400 ticks of 1 ms in which 0.5 N press the one vertex of a sample on the plane z = 0 (10⁴ N/m, friction 0.4,
-/// tangential spring of 2000 N/m) and `along` N pull it along x; forces and springs so many times larger. Whether all
-/// of them went on.
+/// Runs 400 ticks of 1 ms. 0.5 N press the vertex of a sample on the plane z = 0, and `along` N pull it along x. The
+/// contact has 10⁴ N/m, friction 0.4 and a tangential spring of 2000 N/m. `times` scales forces and springs. True when
+/// all ticks end ok.
 inline bool press_and_pull(Stepper& stepper, TissueSample& sample, double along, double times = 1.0) {
     ResponseOutput output = empty_output(sample.topology);
     std::vector<Wrench> reaction(1);
@@ -107,7 +107,7 @@ inline bool press_and_pull(Stepper& stepper, TissueSample& sample, double along,
     return true;
 }
 
-/// How a tick that cannot go on ends, which leaves the frame as it was and says why.
+/// Advances one tick that must fail: checks that the frame is unchanged and that the outcome has a message.
 inline OutcomeKind refused_tick(Stepper& stepper, const TissueSample& sample, const ResponseOutput& output,
                                 const Frame& from) {
     Frame to = sample.frame;

@@ -1,4 +1,4 @@
-// The triangles of a test's world, asked one after the other: the slow way that a tree is held against.
+// Brute-force queries on the triangles of a World, as reference for trees.
 #pragma once
 
 #include <limits>
