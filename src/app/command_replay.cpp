@@ -33,7 +33,7 @@ struct FrameAnswer {
     Outcome outcome;
     bool truncated = false;
     std::vector<TrianglePair> pairs;
-    std::vector<TrianglePair> apart;  ///< of recorded contacts: pairs found, but made to be apart (depth below 0)
+    std::vector<TrianglePair> apart;  ///< of recorded contacts: pairs found, but reported apart (depth below 0)
     std::vector<Index> touch;         ///< positions in pairs
     std::vector<SweptContact> swept;
     std::int64_t update_ns = -1;  ///< below 0: nobody was timed

@@ -1,4 +1,4 @@
-// `trocar run`: one scene with one detector and one response, made to a person or, with --json, to a machine.
+// `trocar run`: one scene with one detector and one response, printed for a person or, with --json, for a machine.
 #include <fmt/format.h>
 
 #include <algorithm>

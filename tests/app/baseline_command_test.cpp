@@ -311,7 +311,7 @@ TEST_F(RecordedBaseline, OnOtherFramesTruthAloneDecides) {
     EXPECT_EQ(answer(result)["worst"][0]["what"], "untrue");
     EXPECT_EQ(answer(result)["worst"][0]["distance_m"], 1.0) << "triangle b stands 1 above a in frame 0";
     put_with(whole, 0.25, contact(R"(,"depth":-1)"));
-    EXPECT_EQ(run("check", "").status, 0) << "made to be apart, and they are";
+    EXPECT_EQ(run("check", "").status, 0) << "reported apart, and they are";
 }
 
 TEST_F(RecordedBaseline, FramesOfWhichNothingIsReportedAnyMoreFail) {

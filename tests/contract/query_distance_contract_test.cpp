@@ -385,7 +385,7 @@ bool holds_all(const Pairs& all, const Pairs& some) {
     return std::includes(all.begin(), all.end(), some.begin(), some.end());
 }
 
-/// Near pairs count, what is reported is true, and what is cut off is made to be.
+/// Near pairs count, what is reported is true, and what is cut off is reported.
 std::string limits(const DetectorEntry& entry) {
     const World world = shaft_in_slab();
     const double query_distance = 0.3 * mean_edge(world);

@@ -49,7 +49,7 @@ TEST(PacedLoop, ReleasesKeepTheClock) {
     const double ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
     EXPECT_GE(ms, 40.0 - 0.01) << "20 periods of 2 ms: the first release is one period away";
     EXPECT_EQ(count, 20);
-    EXPECT_EQ(run_paced(20, 1'000'000, [] { return false; }).latency_ns.size(), 1U) << "made to stop";
+    EXPECT_EQ(run_paced(20, 1'000'000, [] { return false; }).latency_ns.size(), 1U) << "asked to stop";
 }
 
 TEST(PacedLoop, RunsWhileAnEmptyOneRuns) {
@@ -71,7 +71,7 @@ TEST(PacedLoop, RunsWhileAnEmptyOneRuns) {
     EXPECT_LT(median(times.empty.latency_ns), 20e6);
     int count = 0;
     const PacedBeside stopped = run_beside_empty(100'000, 1'000'000, [&count] { return ++count < 3; });
-    EXPECT_EQ(stopped.work.latency_ns.size(), 3U) << "made to stop";
+    EXPECT_EQ(stopped.work.latency_ns.size(), 3U) << "asked to stop";
     EXPECT_LT(stopped.empty.latency_ns.size(), 100'000U) << "stops with it";
 }
 

@@ -54,6 +54,26 @@ TEST(ContactBaseline, TheFirstFormatIsRead) {
         << "every of an answer belongs to the second format";
 }
 
+TEST(ContactBaseline, TheSecondFormatIsReadWithItsOwnKeysOfTruth) {
+    const auto baseline = [](const std::string& format, const std::string& keys) {
+        return R"({"format":")" + format +
+               R"(","source":"s","source_hash":"0","frames_hash":"0","ticks":8,"every":4,"detectors":{"d":{"outcome":"ok",)"
+               R"("contacts":0,"truth":{"ticks":8,"pairs":7,)" +
+               keys + R"(}}},"contacts":[{}]})";
+    };
+    const std::string old_keys = R"("told":6,"missing":3,"missing_touch":2,"extra":1)";
+    const std::string new_keys = R"("reported":6,"false_negatives":3,"false_negatives_touch":2,"false_positives":1)";
+    const TruthFigures expected{
+        .ticks = 8, .pairs = 7, .reported = 6, .false_negatives = 3, .false_negatives_touch = 2, .false_positives = 1};
+    const auto truth = [](const std::string& text) {
+        return contact_baseline_from_json(text, "text").detectors.at("d").truth;
+    };
+    EXPECT_EQ(truth(baseline("trocar-baseline-2", old_keys)), expected);
+    EXPECT_EQ(truth(baseline("trocar-baseline-3", new_keys)), expected);
+    EXPECT_THROW(static_cast<void>(truth(baseline("trocar-baseline-3", old_keys))), InputError);
+    EXPECT_THROW(static_cast<void>(truth(baseline("trocar-baseline-2", new_keys))), InputError);
+}
+
 TEST(ContactBaseline, BadFilesAreNamedWithTheirPlace) {
     const test::TemporaryFolder folder;
     const auto complaint = [&folder](const std::string& text) {
