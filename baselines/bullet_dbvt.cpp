@@ -9,7 +9,7 @@
 // * Debian's build "bullet" stores float boxes; they are rounded outward, so that nothing is missed.
 // * within a query distance every box has half of it added on all sides, in both trees; bodies at rest are followed
 // when the
-//   reach changes.
+//   query distance changes.
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 #include <LinearMath/btScalar.h>
 

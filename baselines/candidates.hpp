@@ -125,7 +125,7 @@ inline void test_near(const Topology& topology, const Frame& frame, TrianglePair
 }
 
 /// Exact test of one candidate. Appends it to contacts.pairs when the closed triangles intersect, else to contacts.near
-/// when they are at most `contacts.reach` apart.
+/// when they are at most `contacts.query_distance` apart.
 inline void test_candidate(const Topology& topology, const Frame& frame, Index a, Index b, ContactSet& contacts) {
     ++contacts.work.triangle_tests;
     const Corners first = corners_of(topology, frame, a);

@@ -10,7 +10,7 @@
 // * boxes are rounded outward to float: Embree stores float boxes, and nothing may be missed.
 // * within a query distance every box has half of it added on all sides, in both scenes; bodies at rest are followed
 // when the
-//   reach changes.
+//   query distance changes.
 // * leaf=cluster puts runs of `cluster_size` consecutive triangles into one primitive, the hybrid a sceptic asks for.
 // * Embree takes subnormal numbers for zero while it runs; in its callback they count again, or our test would err.
 // * coordinates beyond 1.8e18 make the tick `unsupported`: Embree leaves such boxes out without a word.

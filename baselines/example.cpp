@@ -23,7 +23,7 @@ public:
 
     // Once per tick: follow the moved vertices. Here belongs what a library calls refit or rebuild; its time is shown
     // in a column of its own. With a query distance (m) above 0 also pairs that come as near as that are wanted, in
-    // contacts.near; a method that can answer this says so in its entry (.reach), this one refuses.
+    // contacts.near; a method that can answer this says so in its entry (.query_distance), this one refuses.
     void update(const Frame& frame, double query_distance) override {
         query_distance_ = query_distance;
         if (is_answerable(*topology_, frame)) triangle_boxes(frame.position, topology_->triangles, boxes_);

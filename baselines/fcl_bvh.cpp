@@ -68,7 +68,7 @@ template <typename Volume>
 constexpr bool has_distance = std::is_same_v<Volume, fcl::AABBd> || std::is_same_v<Volume, fcl::RSSd> ||
                               std::is_same_v<Volume, fcl::OBBRSSd> || std::is_same_v<Volume, fcl::kIOSd>;
 
-/// The library's traversal, led on to everything within a query distance.
+/// The library's traversal, continued to everything within a query distance.
 template <typename Volume>
 struct WithinQueryDistance final : TraversalOf<Volume>::Node {
     using Base = typename TraversalOf<Volume>::Node;

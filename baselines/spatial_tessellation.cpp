@@ -276,8 +276,9 @@ private:
     Box box_;
     Int4 width_{};  ///< cells along each axis
     std::size_t bucket_count_ = 0;
-    std::vector<Int4> cells_of_vertex_;     ///< of the point half the query distance before it
-    std::vector<Int4> cells_after_vertex_;  ///< of the point half the reach after it; unused at reach 0
+    std::vector<Int4> cells_of_vertex_;  ///< of the point half the query distance before it
+    std::vector<Int4>
+        cells_after_vertex_;  ///< of the point half the query distance after it; unused at query distance 0
     struct Run {
         Index triangle;
         std::uint32_t count;

@@ -58,7 +58,7 @@ Scene scene_of(std::int64_t triangles) {
 
 std::unique_ptr<Simulation> simulation_of(const Scene& scene, const std::string& stepper) {
     SimulationSettings settings{.stepper = parse_method(stepper)};
-    settings.watched = false;  // books examine every vertex
+    settings.watched = false;  // the audit examines every vertex
     return std::make_unique<Simulation>(
         scene, make_detector("ohc_clustered", {}), make_response("unilateral", {}),
         registry().contact_generator(default_contact_generator(parse_method("unilateral"))), settings);
@@ -203,14 +203,14 @@ std::vector<Figure> figures_of(const FarFieldRun& run) {
              .points = over_time(run, [band](const FarFieldTick& tick) { return in_um * tick.path[band]; })});
     }
     const std::string name = short_name(run);
-    return {
-        {"charts/" + name + "_force.svg", draw(force), "Force at the tool."},
-        {"charts/" + name + "_force_error.svg", draw(error), "How far the force is from that of the whole tissue."},
-        {"charts/" + name + "_places.svg", draw(places),
-         "Largest error of a vertex's place, by distance from where the tool goes in."},
-        {"charts/" + name + "_ways.svg", draw(paths),
-         "What there is to follow: furthest distance of a vertex from rest when the whole tissue moves. A membrane sinks "
-         "with the logarithm of the distance, so that it is far from still where the tool is not."}};
+    return {{"charts/" + name + "_force.svg", draw(force), "Force at the tool."},
+            {"charts/" + name + "_force_error.svg", draw(error), "How far the force is from that of the whole tissue."},
+            {"charts/" + name + "_places.svg", draw(places),
+             "Largest error of a vertex's place, by distance from where the tool goes in."},
+            {"charts/" + name + "_ways.svg", draw(paths),
+             "What there is to follow: furthest distance of a vertex from rest when the whole tissue moves. A membrane "
+             "sinks "
+             "with the logarithm of the distance, so that it is far from still where the tool is not."}};
 }
 
 std::string csv_of(const std::vector<FarFieldRun>& runs) {

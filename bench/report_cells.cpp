@@ -75,7 +75,8 @@ void Writer::reaches() {
     if (cells.empty()) return;
     add_heading("Within the query distance of closed loops");
     add_text(
-        "Responses with a look-ahead need all pairs of triangles at most a query distance apart: a tenth of the smallest mean "
+        "Responses with a look-ahead need all pairs of triangles at most a query distance apart: a tenth of the "
+        "smallest mean "
         "edge and the path of a step, rounded up to that tenth times a power of two. Who can answer that is asked both "
         "ways in turns on the same frames; near pairs are held against truth as meeting ones are. Candidates are each "
         "method's own; distances are computed by the same code for all, of which ours first decide most pairs in "

@@ -67,8 +67,8 @@ std::string finding_text(const BaselineFinding& finding) {
         add(
             fmt::format("{} contacts compared, {} missing, {} extra, {} of another kind; worst depth {:.3g} m, point "
                         "{:.3g} m, normal {:.3g} rad",
-                        found.compared, found.missing, found.extra, found.other_kind,
-                        found.worst_depth, found.worst_point, found.worst_angle));
+                        found.compared, found.missing, found.extra, found.other_kind, found.worst_depth,
+                        found.worst_point, found.worst_angle));
     }
     if (finding.outcome && finding.outcome_kept && *finding.outcome != *finding.outcome_kept) {
         add("outcome " + *finding.outcome_kept + " -> " + *finding.outcome);

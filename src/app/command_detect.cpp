@@ -293,8 +293,10 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
             const bool differs = answer.errors->false_negatives > 0 || answer.errors->false_positives > 0;
             if (!differs || !answer.claims_exact || answer.truncated) continue;
             status = comparison_failed;
-            fmt::print(stderr, "trocar: {} claims exactness and differs from the oracle: {} false negatives, {} false positives\n",
-                       answer.name, answer.errors->false_negatives, answer.errors->false_positives);
+            fmt::print(
+                stderr,
+                "trocar: {} claims exactness and differs from the oracle: {} false negatives, {} false positives\n",
+                answer.name, answer.errors->false_negatives, answer.errors->false_positives);
         }
     }
     if (all) {

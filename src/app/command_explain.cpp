@@ -329,7 +329,7 @@ void print_pairs(const char* label, const std::vector<TrianglePair>& pairs, cons
 int explain(const CommonOptions& common, const ExplainOptions& options) {
     std::optional<PairOption> pair_option;
     if (!options.pair.empty()) pair_option.emplace(options.pair);
-    // Who leads the scene to the tick: the same default as in `trocar run`.
+    // Who drives the scene to the tick: the same default as in `trocar run`.
     const MethodSpec leader = parse_method(MethodChoice{}.detector);
     const MethodSpec response = parse_method(options.response);
     std::unique_ptr<Detector> detector = make_detector(leader.name, leader.parameters);

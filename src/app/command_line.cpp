@@ -64,16 +64,18 @@ struct CommandLine {
         sub->add_option("--response", choice.response,
                         "NAME[:key=value,...]; the default is what trocar recommends, thesis is the thesis' own")
             ->capture_default_str();
-        sub->add_option("--contacts", choice.contacts,
-                        "Contact generator: native, intersection, proximity or tracked_proximity (default: the response's own)");
+        sub->add_option(
+            "--contacts", choice.contacts,
+            "Contact generator: native, intersection, proximity or tracked_proximity (default: the response's own)");
         sub->add_option("--stepper", choice.stepper,
                         "NAME[:key=value,...]: what moves the tissue (default: semi_implicit)");
         sub->add_option("--device", choice.device,
                         "key=value,...: what shows the force on the tool, the same for every response; settings as in "
                         "trocar list (default: tip=fulcrum,saturation=8.5)");
-        sub->add_option("--query-distance-margin", choice.query_distance_margin,
-                        "How much further than things move in a tick detectors search, in mean edges of what moves, for "
-                        "generators that need pairs within a distance (default: 0.1)");
+        sub->add_option(
+            "--query-distance-margin", choice.query_distance_margin,
+            "How much further than things move in a tick detectors search, in mean edges of what moves, for "
+            "generators that need pairs within a distance (default: 0.1)");
     }
     template <typename Options>
     void on(CLI::App* sub, Options& options, int (*run)(const CommonOptions&, const Options&)) {
@@ -155,9 +157,10 @@ int run_command(int argc, char** argv) {
                     "A scene (file or name), a recording, or folders of reports (their records are run once more)")
         ->required()
         ->type_name("SCENE");
-    sub->add_option("--response", view_options.responses,
-                    "NAME[:key=value,...]; may be repeated: side by side (default: unilateral; of a report: ours and the "
-                    "best other)")
+    sub->add_option(
+           "--response", view_options.responses,
+           "NAME[:key=value,...]; may be repeated: side by side (default: unilateral; of a report: ours and the "
+           "best other)")
         ->take_all()
         ->allow_extra_args(false);
     sub->add_option("--scene", view_options.scene, "Of a report: the scene's name, or its file");
@@ -290,7 +293,8 @@ int run_command(int argc, char** argv) {
         ->type_name("SCENE");
     sub->add_option("--tick", explain_options.tick, "Tick to examine")->required();
     sub->add_option("--pair", explain_options.pair, "One triangle pair a,b (numbers of the scene's files)");
-    sub->add_option("--response", explain_options.response, "Response that drives the scene to the tick")->capture_default_str();
+    sub->add_option("--response", explain_options.response, "Response that drives the scene to the tick")
+        ->capture_default_str();
     line.on(sub, explain_options, explain);
 
     MeshOptions mesh_options;

@@ -376,7 +376,8 @@ int replay(const CommonOptions& common, const ReplayOptions& options) {
         }
         if (!answer.claims_exact || (errors.false_negatives == 0 && errors.false_positives == 0)) continue;
         status = comparison_failed;
-        fmt::print(stderr, "trocar: {} claims exactness and differs from the oracle: {} false negatives, {} false positives\n",
+        fmt::print(stderr,
+                   "trocar: {} claims exactness and differs from the oracle: {} false negatives, {} false positives\n",
                    answer.name, errors.false_negatives, errors.false_positives);
     }
     if (all) {

@@ -55,7 +55,7 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
             why = fmt::format("{} is not there", chosen.front()->spec.scene_file);
         } else if (lacks_data(*file, std::nullopt)) {
             // A report is handed on; who has the meshes may make the page for himself.
-            why = fmt::format("its meshes are not the project's to hand on; `trocar view {} --scene {}` makes one",
+            why = fmt::format("its meshes are not the project's to pass on; `trocar view {} --scene {}` makes one",
                               directory.string(), scene);
         } else {
             const IsolatedResult result = call_isolated(

@@ -135,7 +135,7 @@ WorstTick::Curve force_of(const std::string& name, const Record& record) {
     return curve;
 }
 
-/// Runs a record's specification again and hands back the frame that is wanted.
+/// Runs a record's specification again and returns the frame that is wanted.
 Record run_again(const Scene& scene, const Record& record, const PlaybackChoice& choice, PlayedFrame& kept) {
     Record again = play(scene, record.spec, {}, choice, [&kept](const PlayedFrame& frame) { kept = frame; });
     if (again.state_hash != record.state_hash) {
@@ -158,7 +158,7 @@ void add_reference(const ReferenceSolution& hard, bool scripted, const PlayedFra
     const Matrix3X places = hard.positions_at(frame.time);
     WorstTick::State state;
     state.name = "hard contact (stored solution)";
-    if (scripted) {  // the tool is where the script leads it, whatever the contact
+    if (scripted) {  // the tool is where the script drives it, whatever the contact
         for (const WorstTick::Body& body : seen.states.front().bodies) {
             if (body.kind == "tissue") continue;
             state.bodies.push_back(body);

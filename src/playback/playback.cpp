@@ -15,7 +15,7 @@
 namespace trocar {
 namespace {
 
-/// Hands out the wanted frames and holds what only the end reports to be wanted.
+/// Passes out the wanted frames and holds what only the end reports to be wanted.
 class Chooser {
 public:
     Chooser(const PlaybackChoice& choice, const PlayedFrameVisitor& visit) : choice_(choice), visit_(&visit) {}

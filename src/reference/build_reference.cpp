@@ -104,7 +104,7 @@ bool starts_crossed(const Scene& scene) {
 }
 
 /// The scene with its tissue where hard contact has it at the start, for scenes that begin with bodies inside each
-/// other: every scripted body is led in from the end of its script, in equilibrium all the way. Nothing when that
+/// other: every scripted body is driven in from the end of its script, in equilibrium all the way. Nothing when that
 /// fails; `message` then says why.
 std::optional<Scene> driven_in(const Scene& scene, double rest_gap, std::string& message) {
     Scene approach = scene;

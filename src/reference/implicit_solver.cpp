@@ -314,7 +314,7 @@ struct ImplicitSolver::State {
         }
     }
 
-    /// Where the script leads all that is not free in this step, and what the operators want.
+    /// Where the script drives all that is not free in this step, and what the operators want.
     void read_script(double target_time) {
         Matrix3X target = x;
         for (Index b = 0; b < topology.body_count(); ++b) {

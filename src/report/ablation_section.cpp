@@ -378,7 +378,8 @@ Table main_table(const Ablation& ablation) {
         "Without, with: the run without and with the switch, all else as in the setting named; an option is off in "
         "both. Change: the larger over the smaller value, from a factor of {:g} on; values below a floor count as the "
         "floor (0.01 mm, 0.01 N and so on: the floors are in {}). Residual penetration, forces and their errors come "
-        "before the audit and signal figures, a failed run before all. Time: median tick with over without, geometric mean "
+        "before the audit and signal figures, a failed run before all. Time: median tick with over without, geometric "
+        "mean "
         "over the scenes, one process each: ratios near 1 mean nothing. A switch without effect alone may matter "
         "together with others or on a scene that reaches it.",
         reporting_factor, code("src/report/ablation_section.cpp"));

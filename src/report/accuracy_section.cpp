@@ -140,9 +140,10 @@ void course_charts(Draft& draft, const std::vector<Method>& methods) {
         depth.lines.push_back(std::move(line));
         force.lines.push_back(std::move(force_line));
     }
-    const std::string rule = " on " + code(chosen) + ", the " + class_name +
-                             " scene of the largest residual penetration. One line per different motion: methods with identical "
-                             "motion share one. Largest value of each stretch of ticks.";
+    const std::string rule =
+        " on " + code(chosen) + ", the " + class_name +
+        " scene of the largest residual penetration. One line per different motion: methods with identical "
+        "motion share one. Largest value of each stretch of ticks.";
     draft.figure("depth_over_time", depth, "Residual penetration" + rule);
     draft.figure("force_over_time", force, "Tool force" + rule);
 }
@@ -157,10 +158,13 @@ void add_detection(Draft& draft) {
     draft.paragraph(
         "Replay: the same frames for every detector. Truth is decided by exact arithmetic on the frame's own "
         "doubles; pairs that only touch in a vertex or an edge count, and recall is given with and without them.");
-    const std::vector<Column> pair_columns{
-        {"true pairs", true},    {"of these touching", true},      {"precision", true},
-        {"recall", true},        {"recall without touches", true}, {"F1", true},
-        {"false negatives / false positives", true}};
+    const std::vector<Column> pair_columns{{"true pairs", true},
+                                           {"of these touching", true},
+                                           {"precision", true},
+                                           {"recall", true},
+                                           {"recall without touches", true},
+                                           {"F1", true},
+                                           {"false negatives / false positives", true}};
     Table table;
     table.caption = "All replayed scenes together";
     table.columns = {{"detector", false}};

@@ -196,7 +196,7 @@ bool same_motion(const RunFigures& a, const RunFigures& b) {
     const Record& first = *a.record;
     const Record& second = *b.record;
     const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
-    // A state knows nothing of forces where scripts lead all bodies.
+    // A state knows nothing of forces where scripts drive all bodies.
     return first.spec.scene == second.spec.scene && a.ok() && b.ok() && !first.state_hash.empty() &&
            first.state_hash == second.state_hash && same(a.force_max_n, b.force_max_n) &&
            same(a.force_jump_max_n, b.force_jump_max_n);

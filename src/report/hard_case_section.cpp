@@ -292,7 +292,8 @@ void add_hard_cases(Draft& draft) {
     if (meshes.rows.empty() && families.rows.empty() && scenes.rows.empty()) return;
     draft.heading(2, "Hard cases");
     draft.paragraph(
-        "Each method on every case, in a process of its own. ok = the right answer; FN, FP = false negatives, false positives: pairs (of a family: "
+        "Each method on every case, in a process of its own. ok = the right answer; FN, FP = false negatives, false "
+        "positives: pairs (of a family: "
         "triangle pairs in it) that were not reported or are not there; NaN = the outcome not_finite, or a contact of "
         "the "
         "library's own that is no number; throw, crash, time-out, unstable = how the run ended; not reported = a frame "
@@ -302,7 +303,8 @@ void add_hard_cases(Draft& draft) {
     draft.add(table_of(meshes, "Detectors on meshes", "case"));
     draft.add(table_of(families, "Detectors on families of hard triangle pairs, truth from the files", "family"));
     Table moving = table_of(scenes, "Responses on scenes", "case");
-    moving.note = "Contacts of the first detector of the study, intersection. Figures as in the list of words at the end.";
+    moving.note =
+        "Contacts of the first detector of the study, intersection. Figures as in the list of words at the end.";
     draft.add(std::move(moving));
     std::sort(elsewhere.rows.begin(), elsewhere.rows.end(),
               [](const TableRow& a, const TableRow& b) { return a.cells < b.cells; });

@@ -394,8 +394,8 @@ std::string work_precision_sentence(const Draft& draft) {
             return fmt::format("{} ({} mm at worst, {} µs per simulated ms)", mark_text(chart, mark),
                                scaled(mark.error), scaled(mark.time));
         };
-        return fmt::format("On {} over {}, the least residual penetration is that of {}; fastest is {}.", chart.scene, code(chart.knob),
-                           report(*ends.exact), report(*ends.fast));
+        return fmt::format("On {} over {}, the least residual penetration is that of {}; fastest is {}.", chart.scene,
+                           code(chart.knob), report(*ends.exact), report(*ends.fast));
     }
     return {};
 }
@@ -406,7 +406,8 @@ void add_work_precision(Draft& draft) {
     draft.heading(2, "Work and precision");
     draft.paragraph(
         "One connected curve per method, by turning one knob: time to compute one simulated millisecond against "
-        "residual penetration and, where the scene has a reference, against the error of the force. † : another point of the "
+        "residual penetration and, where the scene has a reference, against the error of the force. † : another point "
+        "of the "
         "same chart is at least as fast and as good, and better in one of the two (in time beyond the noise floor, "
         "where several processes show one; in force beyond the reference's bound); grey: so in every error that ranks. "
         "The dashed line is the front of the points without †; to the right of 1 ms no haptic loop can follow. A point "

@@ -235,7 +235,8 @@ void add_outcome(Draft& draft) {
                     scaled(run.momentum_residual_share), scaled(run.energy_residual_share)};
         });
     signal.note =
-        "Before any filter. Momentum error: largest momentum at any time that the audit of tissue and operators does not "
+        "Before any filter. Momentum error: largest momentum at any time that the audit of tissue and operators does "
+        "not "
         "account for, over the summed impulses. Energy error: the same of energy, over all energy entered; n/a where "
         "nothing yields.";
     draft.add(std::move(signal));

@@ -64,7 +64,8 @@ ScatterChart depth_against_time(const std::vector<ResponseRow>& rows);
 /// "`penalty:k=1000` (tracked_proximity) by `implicit`".
 std::string response_name(const Method& who);
 
-/// The row in one word for a table: "`penalty:k=1000` (tracked_proximity)"; with its detector where `detector` is another one.
+/// The row in one word for a table: "`penalty:k=1000` (tracked_proximity)"; with its detector where `detector` is
+/// another one.
 std::string name_of_row(const ResponseRow& row, const std::string& detector);
 
 }  // namespace trocar

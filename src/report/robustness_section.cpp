@@ -56,8 +56,8 @@ void add_rank_robustness(Draft& draft) {
     };
     const Verdict all = verdict_of(scenes);
     if (all.rows.size() < 2) return;
-    const Rule main_rule =
-        all.error_is_depth() ? Rule{"the order of the tables", nullptr} : Rule{"false negatives + false positives", pairs_wrong};
+    const Rule main_rule = all.error_is_depth() ? Rule{"the order of the tables", nullptr}
+                                                : Rule{"false negatives + false positives", pairs_wrong};
     const VerdictRow* const first = winner(all, main_rule, Among::all);
     if (first == nullptr) return;
     draft.heading(2, "Rank robustness");

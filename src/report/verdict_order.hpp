@@ -34,7 +34,8 @@ inline constexpr const char* response_order_text =
     "Order: controls last, then rows that failed, rows not run everywhere, worst residual penetration, its median, "
     "tick p99, name.";
 
-inline constexpr const char* detector_order_text = "Order: failed last, then false negatives and false positives, then time.";
+inline constexpr const char* detector_order_text =
+    "Order: failed last, then false negatives and false positives, then time.";
 
 bool have_depths(const std::vector<VerdictRow>& rows);
 

@@ -154,13 +154,14 @@ ResponseEntry unilateral_response() {
     entry.parameters.insert(entry.parameters.end(), grasping.begin(), grasping.end());
     entry.left = {{"settle_time", "it is named relaxation_time"}, {"skin", "it is named contact_offset"}};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<Unilateral>(UnilateralSettings{.law = read_law_settings(values),
-                                                   .grasp = values.is("grasp", "on"),
-                                                   .grasping = {.both_jaws = true,
-                                                                .stiffness = values.number("grasp_k"),
-                                                                .slip_force = values.number("grasp_slip"),
-                                                                .jaw_length = values.number("jaw_length"),
-                                                                .release_time = values.number("release_time")}});
+        return std::make_unique<Unilateral>(
+            UnilateralSettings{.law = read_law_settings(values),
+                               .grasp = values.is("grasp", "on"),
+                               .grasping = {.both_jaws = true,
+                                            .stiffness = values.number("grasp_k"),
+                                            .slip_force = values.number("grasp_slip"),
+                                            .jaw_length = values.number("jaw_length"),
+                                            .release_time = values.number("release_time")}});
     };
     return entry;
 }

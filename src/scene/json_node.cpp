@@ -84,7 +84,7 @@ private:
     std::vector<Level> open_;
 };
 
-/// Examines a text before anything is made of it. (The parser's own callback looks through a whole list at the end of
+/// Examines a text before anything is made of it. (The parser's own callback reads through a whole list at the end of
 /// each of its items.)
 template <typename AnyJson>
 class Watch : public AnyJson::json_sax_t {

@@ -55,7 +55,8 @@ inline constexpr std::array<NumberSetting<OperatorModel>, 4> operator_numbers{{
     {"damping", &OperatorModel::damping, "N s/m", ValueBound::non_negative, "damping of the device"},
     {"coupling_stiffness", &OperatorModel::coupling_stiffness, "N/m", ValueBound::non_negative,
      "stiffness of the virtual coupling to the script"},
-    {"coupling_damping", &OperatorModel::coupling_damping, "N s/m", ValueBound::non_negative, "damping of the virtual coupling"},
+    {"coupling_damping", &OperatorModel::coupling_damping, "N s/m", ValueBound::non_negative,
+     "damping of the virtual coupling"},
 }};
 
 inline const std::vector<std::string> body_kind_words{"instrument", "rigid", "tissue"};

@@ -77,11 +77,12 @@ Outcome BlowUp::judge_energy(const EnergyMomentumAudit& audit) {
     const double start = most_force_ * first_depth_;
     rich_ticks_ = gain > (1.0 + work_factor) * work + spare_energy + start ? rich_ticks_ + 1 : 0;
     if (rich_ticks_ < energy_ticks) return {};
-    return {OutcomeKind::unstable,
-            fmt::format(
-                "energy from nothing: the tissue has gained {:.3g} J, scripts and operators did {:.3g} J of work (for {} "
-                "ticks beyond {:g} times that)",
-                gain, work, rich_ticks_, work_factor)};
+    return {
+        OutcomeKind::unstable,
+        fmt::format(
+            "energy from nothing: the tissue has gained {:.3g} J, scripts and operators did {:.3g} J of work (for {} "
+            "ticks beyond {:g} times that)",
+            gain, work, rich_ticks_, work_factor)};
 }
 
 Outcome BlowUp::judge_strain(const Frame& after) const {

@@ -14,17 +14,6 @@
 namespace trocar {
 
 /// A tick of tissue is `unstable` where one of these holds (METHODS §4):
-<<<<<<< HEAD
-/// (a) for `energy_ticks` ticks in a row the tissue has, above its start and with no damper counted, more energy than
-///     (1 + work_factor) × the absolute work of scripts and operators so far + `spare_energy` + what a start in contact may
-///     give back: the largest force of (c) over the deepest contact of the first tick;
-/// (b) an edge is stretched beyond max(`most_strain`, the scene's limit) + way / max(its rest length, the mean rest
-///     length): way = the furthest that led bodies have gone since tissue was first touched, plus that first depth. An
-///     edge shorter than its neighbours is pulled by the same tension and shares the way with them;
-/// (c) a tool shows more force from tissue than all of it can carry: 2 Σ (k s L + T) L / √A over the springs of each
-///     tissue body (mean membrane tension at the strain s, across a cut of 4 √A), s = its strain limit within [1, 3],
-///     plus its mass brought to the fastest led vertex' speed within the tick.
-=======
 /// - (a) Energy: for `energy_ticks` ticks in a row the gain of kinetic and elastic energy exceeds (1 + work_factor) ×
 ///   absolute work + `spare_energy` + start energy. The start energy is the static force of (c) times the deepest
 ///   contact of the first tick.
@@ -35,7 +24,6 @@ namespace trocar {
 ///   (k s L + T) L / √A over its springs, with the strain limit s clamped to [1, 3]. It is the mean membrane tension
 ///   across a cut of length 4 √A, where A is the body's area. Dynamic part: the tissue mass times the acceleration to
 ///   the fastest kinematic vertex' speed within one tick.
->>>>>>> 45f5d4b2c92ec0d78339e6c27150ba3d4f6a3106
 class BlowUp {
 public:
     /// The scene outlives the object.

@@ -39,15 +39,9 @@ public:
 
     /// J, gain of kinetic and elastic energy of tissue since the start; damper losses are not added.
     [[nodiscard]] double tissue_gain() const { return energy_ - first_energy_; }
-<<<<<<< HEAD
-    /// J, sum over the ticks of the absolute work that scripts and operators did on what contact pressed on their bodies
-    /// and on what they held. Where jaws open or close, whose forces cancel, at most so much: all that contacts,
-    /// position corrections and held forces gave in the tick.
-=======
     /// J, sum over ticks of the absolute work of scripts and operators on contact loads and held position corrections.
     /// Forces on moving jaws cancel; such a tick adds an upper bound, the absolute work of all contacts, position
     /// corrections and held forces.
->>>>>>> 45f5d4b2c92ec0d78339e6c27150ba3d4f6a3106
     [[nodiscard]] double absolute_work() const { return absolute_work_; }
 
     /// The book_… figures; NaN where nothing is audited.

@@ -62,7 +62,8 @@ std::string why_operator_unstable(const Scene& scene, const StepCheck& check, co
                              : fmt::format("less damping");
     if (scene.has_tissue() && needed <= most_substeps) remedy += fmt::format(", {:.0f} sub-steps", needed);
     return fmt::format(
-        "the operator on {} ({:g} kg, {:g} N/m, {:g} N s/m) is unstable at steps of {}, its limit is {}: {} or a shorter "
+        "the operator on {} ({:g} kg, {:g} N/m, {:g} N s/m) is unstable at steps of {}, its limit is {}: {} or a "
+        "shorter "
         "dt "
         "would do",
         scene.topology.bodies[at(coupling.body)].name, model.mass, model.coupling_stiffness,

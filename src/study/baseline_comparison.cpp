@@ -148,8 +148,8 @@ void WorstDifferences::add(ContactDifference difference) {
 }
 
 bool AnswerDifference::within(const BaselineTolerance& tolerance) const {
-    return missing == 0 && extra == 0 && other_kind == 0 && outcome.empty() &&
-           worst_depth <= tolerance.length && worst_point <= tolerance.length && worst_angle <= tolerance.angle;
+    return missing == 0 && extra == 0 && other_kind == 0 && outcome.empty() && worst_depth <= tolerance.length &&
+           worst_point <= tolerance.length && worst_angle <= tolerance.angle;
 }
 
 AnswerDifference compare_answers(const BaselineAnswer& before, const BaselineAnswer& after,

@@ -59,9 +59,9 @@ private:
 };
 
 struct AnswerDifference {
-    std::int64_t compared = 0;         ///< contacts that both have
-    std::int64_t missing = 0;  ///< contacts of the baseline that are gone
-    std::int64_t extra = 0;  ///< contacts that the baseline does not have
+    std::int64_t compared = 0;  ///< contacts that both have
+    std::int64_t missing = 0;   ///< contacts of the baseline that are gone
+    std::int64_t extra = 0;     ///< contacts that the baseline does not have
     std::int64_t other_kind = 0;
     double worst_depth = 0.0;  ///< m, maximum over contacts; infinite where only one of the two is a number
     double worst_point = 0.0;  ///< m

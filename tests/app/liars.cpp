@@ -17,7 +17,7 @@ class Liar final : public Detector {
 public:
     Liar(bool invents, bool refuses) : invents_(invents), refuses_(refuses) {}
     void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
-    void update(const Frame& /*frame*/, double /*reach*/) override {}
+    void update(const Frame& /*frame*/, double /*query_distance*/) override {}
     void detect(const Frame& /*frame*/, ContactSet& contacts) override {
         contacts.clear();
         if (refuses_) contacts.outcome = {OutcomeKind::unsupported, "not this frame"};

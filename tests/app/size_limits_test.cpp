@@ -142,7 +142,8 @@ TEST_F(SizeLimits, NumbersOfTheCommandLineAreTakenAsTheyStandOrRefused) {
     }
     EXPECT_EQ(run_program("run " + scene + " --ticks +2").status, 0);
     EXPECT_EQ(run_program("run " + scene + " --ticks 2 --query-distance-margin ''").status, 2);
-    EXPECT_EQ(run_program("run " + scene + " --ticks 2 --query-distance-margin 1e-310").status, 0) << "a number, if a small one";
+    EXPECT_EQ(run_program("run " + scene + " --ticks 2 --query-distance-margin 1e-310").status, 0)
+        << "a number, if a small one";
 }
 
 }  // namespace

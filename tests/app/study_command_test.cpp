@@ -190,7 +190,8 @@ TEST_F(StudyCommand, PlanRunsNothing) {
 
 TEST_F(StudyCommand, PlanReportsTheStepperOfARun) {
     const ProgramResult text = run_program("study paced --plan");
-    EXPECT_NE(text.out.find("ohc_clustered + unilateral, adaptive_multires  "), std::string::npos) << text.out << text.err;
+    EXPECT_NE(text.out.find("ohc_clustered + unilateral, adaptive_multires  "), std::string::npos)
+        << text.out << text.err;
     std::set<std::string> steppers;
     const auto plan = nlohmann::json::parse(run_program("study paced --plan --json").out);
     for (const auto& run : plan["runs"]) steppers.insert(run["stepper"].get<std::string>());

@@ -342,7 +342,7 @@ TEST_P(ContactGenerators, TrackedProximityIsWhatTheSecondImplementationReports) 
 }
 
 TEST(TrackedProximity, WhatHasCrossedNearAFreeRimStaysCrossedUntilItIsMoreBesideTheSheetThanBehindIt) {
-    // A spike is led 1 mm through a sheet whose rim is at x = 30 mm, under it to 0.1 mm beyond the rim, and to 3 mm.
+    // A spike is driven 1 mm through a sheet whose rim is at x = 30 mm, under it to 0.1 mm beyond the rim, and to 3 mm.
     const Scene scene = scene_from_text(
         R"({"format":"trocar-scene-2","name":"rim","unit":"m","dt":0.001,"ticks":90,"seed":1,"bodies":[
       {"name":"sheet","kind":"rigid","closed":false,"parts":[{"shape":"sheet","size":[0.06,0.06],"edge":0.006}]},
@@ -476,7 +476,8 @@ TEST(TrackedProximity, AFaceBesideHasTheGapOfTheFaceOverWhichTheVertexIsAndHowMu
                                Place{-0.1, -9.0, 0.1, 0.26, -1.0}}) {
         const auto scene = blade_at_roof(Vector3(-0.24, 0.25, place.height), place.others, 0.6, 0.8);
         for (const double query_distance : {2.0, 0.5}) {
-            SCOPED_TRACE(fmt::format("height {}, others {}, reach {}", place.height, place.others, query_distance));
+            SCOPED_TRACE(
+                fmt::format("height {}, others {}, query distance {}", place.height, place.others, query_distance));
             const std::vector<Contact> contacts = tracked_proximity_at_roof(scene, query_distance);
             const auto reported = [&contacts](Index triangle) {
                 return std::find_if(contacts.begin(), contacts.end(), [triangle](const Contact& one) {
@@ -488,7 +489,8 @@ TEST(TrackedProximity, AFaceBesideHasTheGapOfTheFaceOverWhichTheVertexIsAndHowMu
             EXPECT_NEAR(over->gap, place.gap, 1e-12);
             EXPECT_LT((over->normal + place.front * Vector3(0.0, 0.0, 1.0)).norm(), 1e-12);
             const auto beside = reported(2);
-            // A fifth of the short reach is less than the way that it is further, with and without what has crossed.
+            // A fifth of the short query distance is less than the way that it is further, with and without what has
+            // crossed.
             ASSERT_EQ(beside != contacts.end(), query_distance == 2.0);
             if (beside == contacts.end()) continue;
             EXPECT_NEAR(beside->gap, place.gap_beside, 1e-12);

@@ -77,7 +77,7 @@ public:
         }
     }
 
-    /// Where the tick starts: tissue as it is, what is led where it was, with what hands moved.
+    /// Where the tick starts: tissue as it is, what is driven where it was, with what operators moved.
     void place(const Frame& frame) {
         x_.resize(static_cast<std::size_t>(topology_->vertex_count));
         for (std::size_t b = 0; b < topology_->bodies.size(); ++b) {

@@ -1,5 +1,5 @@
-// What a detector owes that answers within a query distance: exactly the pairs of triangles at most the reach apart,
-// those that meet in one list and the near ones in the other. One that does not is held to saying so.
+// What a detector owes that answers within a query distance: exactly the pairs of triangles at most the query distance
+// apart, those that meet in one list and the near ones in the other. One that does not is held to saying so.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -62,7 +62,7 @@ Near expected_near(const World& world, double query_distance) {
 /// wrongly takes for meeting is a matter of the other contract.
 std::string difference(const std::string& where, const ContactSet& contacts, const Near& expected, const Pairs& meeting,
                        double query_distance) {
-    const std::string here = fmt::format("{}, reach {:g}", where, query_distance);
+    const std::string here = fmt::format("{}, query distance {:g}", where, query_distance);
     if (!contacts.outcome.ok()) {
         return fmt::format("{}: outcome {} ({})\n", here, name_of(contacts.outcome.kind), contacts.outcome.message);
     }
@@ -70,7 +70,7 @@ std::string difference(const std::string& where, const ContactSet& contacts, con
     if (contacts.truncated) failures += here + ": truncated\n";
     if (contacts.query_distance != query_distance)
         failures += fmt::format("{}: answered within {:g}\n", here, contacts.query_distance);
-    if (contacts.pairs != meeting) failures += here + ": other meeting pairs than at reach 0\n";
+    if (contacts.pairs != meeting) failures += here + ": other meeting pairs than at query distance 0\n";
     if (!std::is_sorted(contacts.near.begin(), contacts.near.end()) ||
         std::adjacent_find(contacts.near.begin(), contacts.near.end()) != contacts.near.end()) {
         return failures + here + ": near pairs out of order, or one twice\n";

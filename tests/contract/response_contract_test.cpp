@@ -763,7 +763,7 @@ TEST(KnownResponseGaps, NameOnlyResponsesAndChecksThatExist) {
     }
 }
 
-// ------------------------------------------------------------------ the output is looked through as well
+// ------------------------------------------------------------------ the output is checked as well
 
 /// Does one wrong thing at tick 3.
 class Wrong final : public Response {

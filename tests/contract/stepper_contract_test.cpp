@@ -440,7 +440,7 @@ TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsBearsWhatPressesOnIt) 
 
 TEST_P(StepperContract, AFaceHeldAgainstWhatIsLedIsPushedAlongItsNormalAtTheNearestPoint) {
     // Free corners of 1 g without springs, in the plane across n. The contact has the normal and the weights of a tick
-    // ago; by now the led point stands over 3 parts of the first corner, 2 of the second and 5 of the third.
+    // ago; by now the driven point stands over 3 parts of the first corner, 2 of the second and 5 of the third.
     const Vector3 n(-0.6, 0.0, 0.8);
     const Vector3 first(0.3, -0.2, 0.5);
     const Vector3 second = first + 0.01 * Vector3(0.8, 0.0, 0.6);

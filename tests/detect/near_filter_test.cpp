@@ -56,7 +56,7 @@ double hold(const std::function<TrianglePairCase(Random&)>& family, double facto
             if (verdicts.undecided != 0) continue;
             const bool near = verdicts.near != 0;
             EXPECT_TRUE(near ? distance <= query_distance : distance > query_distance)
-                << filter.target << ": distance " << distance << ", reach " << query_distance << ", said "
+                << filter.target << ": distance " << distance << ", query distance " << query_distance << ", said "
                 << (near ? "proximity" : "far");
         }
     }

@@ -408,7 +408,8 @@ TEST(OhcClustered, FarAwayTinyAndHugeScenesAreAnswered) {
 }
 
 TEST(OhcClustered, BodiesThatHaveTravelledFarAreAsMuchWorkAsThoseThatBeginThere) {
-    // A scene of a tenth of a millimetre: seen in float from where it began, 100 m away, its triangles all look alike.
+    // A scene of a tenth of a millimetre: seen in float from where it began, 100 m away, its triangles all appear
+    // alike.
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
         World world = dipping(0);
         world.frame.position *= 0x1p-10;

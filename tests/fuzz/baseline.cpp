@@ -7,8 +7,7 @@ void trocar::fuzz::baseline(std::string_view input) {
     if (!taken([&] { baseline = contact_baseline_from_json(std::string(input), "input"); })) return;
     for (auto& [name, answer] : baseline.detectors) {
         const AnswerDifference none = compare_answers(answer, answer, {});
-        expect(none.missing == 0 && none.extra == 0 && none.worst_depth == 0.0,
-               "an answer equals itself");
+        expect(none.missing == 0 && none.extra == 0 && none.worst_depth == 0.0, "an answer equals itself");
         for (const auto& [other_name, other] : baseline.detectors) {
             static_cast<void>(compare_answers(answer, other, {}));
         }

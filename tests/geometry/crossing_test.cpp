@@ -298,7 +298,7 @@ TEST(Moller, AnEdgeInTheOthersPlaneMeetsItWhereItRunsThroughItAlone) {
 }
 
 TEST(Moller, FailsWhereTheReferenceFails) {
-    // 1 µm triangles: all distances are below the absolute epsilon, so that crossing at a right angle looks coplanar.
+    // 1 µm triangles: all distances are below the absolute epsilon, so that crossing at a right angle appears coplanar.
     const Corners small{Vector3(-1e-6, -1e-6, 0), Vector3(1e-6, -1e-6, 0), Vector3(0, 1e-6, 0)};
     const Corners apart{Vector3(0, 0, 1e-6), Vector3(0, 0.2e-6, 2e-6), Vector3(0, -0.2e-6, 2e-6)};
     EXPECT_FALSE(triangles_intersect(small, apart));

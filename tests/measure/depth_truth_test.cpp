@@ -451,7 +451,7 @@ TEST(DepthTruth, HookRoundTheRimStartsOnTheRightSide) {
     EXPECT_LT(result.residual_penetration, 1e-3) << "the arm is that thick";
     world.place({0, 0, -0.006});
     result = truth.measure(world.frame);
-    EXPECT_EQ(result.wrong_side, 0) << "as if it had been led round the rim";
+    EXPECT_EQ(result.wrong_side, 0) << "as if it had been driven round the rim";
     EXPECT_EQ(result.side_undecided, 0);
 }
 
@@ -486,7 +486,7 @@ TEST(DepthTruth, CrossingsOfARandomWalkAgreeWithTheSideOfThePlane) {
 }
 
 TEST(DepthTruth, TiesOfAnAlignedWalkRoundAFreeRimAreBrokenAsByASmallStep) {
-    // An octahedron and a small sheet of integer coordinates, both led about on a lattice: vertices, edges and faces
+    // An octahedron and a small sheet of integer coordinates, both driven about on a lattice: vertices, edges and faces
     // meet each other and the rim exactly all the time. Where both are decided, every sample has the side that it has
     // after the small step that ties are thought broken by.
     std::mt19937_64 random(3);

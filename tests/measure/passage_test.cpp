@@ -1,4 +1,4 @@
-// Bodies led through each other by scripts alone, so that every answer follows from the script: no response, no
+// Bodies driven through each other by scripts alone, so that every answer follows from the script: no response, no
 // detector.
 #include "measure/passage.hpp"
 

@@ -227,7 +227,7 @@ TEST(Playback, DisplacementStartsAtZeroAndIsTheWayFromTheFirstFrame) {
         const Range tool = scene.topology.bodies[0].vertices;
         const double down = std::min(1.0, frame.time / 0.04) * 0.005;
         for (Index vertex = tool.first; vertex < tool.end(); ++vertex) {
-            EXPECT_NEAR(frame.displacement(2, vertex), -down, 1e-12) << "as its script leads it";
+            EXPECT_NEAR(frame.displacement(2, vertex), -down, 1e-12) << "as its script drives it";
         }
     }
 }

@@ -24,8 +24,8 @@ Simulation simulate(const Scene& scene, const std::string& method) {
                       registry().contact_generator(default_contact_generator(spec)));
 }
 
-/// A needle whose hand wants its point `press` metres below the top of a rigid block, k and mu as given. What counts as
-/// its tip is 10 mm further up, so that the proxy of `faithful` has nothing to hold.
+/// A needle whose operator wants its point `press` metres below the top of a rigid block, k and mu as given. What
+/// counts as its tip is 10 mm further up, so that the proxy of `faithful` has nothing to hold.
 std::string needle_on_block(double press, double k, double mu, double x = 0.011, double y = 0.017) {
     return fmt::format(
         R"({{"format":"trocar-scene-2","name":"needle","unit":"m","dt":0.0002,"ticks":10,"seed":1,"bodies":[
@@ -71,8 +71,8 @@ TEST(Analytic, PointOnAPlaneSpringRestsWhereTheSpringsBalance) {
 }
 
 TEST(Analytic, HandAtRestOnTissueHoldsTheForceOfItsSpring) {
-    // i2t_operator_press: from 0.5 s to 0.8 s the hand stands 6 mm past the sheet. What rests has no sum of forces, so
-    // the contact carries 300 N/m times the way that the shaft stays behind the hand, whatever the response.
+    // i2t_operator_press: from 0.5 s to 0.8 s the operator stands 6 mm past the sheet. What rests has no sum of forces,
+    // so the contact carries 300 N/m times the way that the shaft stays behind the operator, whatever the response.
     const Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes/i2t_operator_press.json", {});
     const Range tool = scene.topology.bodies[0].vertices;
     for (const char* method : {corrected, faithful, "penalty", "impulse"}) {

@@ -319,7 +319,8 @@ TEST(ImplicitSolver, MomentumOfAnImpactIsTheImpulseOfItsForces) {
 }
 
 TEST(ImplicitSolver, OperatorAgainstAHardPlateRestsWhereHandSpringAndContactBalance) {
-    // An operator's small plate is led 2 mm beyond a fixed one: it stays, and the hand pulls with k times the rest.
+    // An operator's small plate is driven 2 mm beyond a fixed one: it stays, and the operator pulls with k times the
+    // rest.
     Motion motion = moving({0, 0, 0.001}, {0, 0, -0.002}, 0.05);
     motion.drive = Drive::simulated_operator;
     Piece driven = plate(0.003, motion);
@@ -519,7 +520,7 @@ TEST(BuildReference, RefinementsAreComparedUpToTheLastTick) {
 }
 
 /// A level plate that begins in a triangle: above its third corner, which hangs 6 mm lower, and below the others.
-/// `path`: where the script leads it second by second, while the scene lasts 60 ms.
+/// `path`: where the script drives it second by second, while the scene lasts 60 ms.
 Scene plate_through_triangle(const std::vector<Vector3>& path) {
     Scene scene = plate_on_springs(0.003, 80.0, 0.0, 0.05, 1000.0, 0.0);
     scene.dt = 0.001;

@@ -62,16 +62,10 @@ TEST(PageOne, AStudyThatNamesNobodySetsItsRowsAgainstEachOther) {
 TEST(PageOne, RowsOfTheSameBitsStandOnceAndFailedOnesLast) {
     const std::vector<Record> records = four_responses();
     const Draft draft(records);
-<<<<<<< HEAD
-    EXPECT_EQ(names(response_rows(draft)),
-              (std::vector<std::string>{"`unilateral` (intersection)", "`baseline` (intersection) = `twin` (intersection)",
-                                        "`loser` (intersection)"}));
-=======
     EXPECT_EQ(
         names(response_rows(draft)),
         (std::vector<std::string>{"`unilateral` (intersection)", "`baseline` (intersection) = `twin` (intersection)",
                                   "`loser` (intersection)"}));
->>>>>>> 45f5d4b2c92ec0d78339e6c27150ba3d4f6a3106
 }
 
 TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
@@ -121,16 +115,10 @@ TEST(PageOne, OfMoreThanTenRowsTheBestOfEveryResponseAreShownAndTheRestIsReporte
     EXPECT_LE(table.columns.size(), page_one_columns);
     EXPECT_EQ(table.rows.front().cells.front(), "`soft:k=1` (intersection)");
     EXPECT_EQ(table.rows.back().cells.front(), "`late` (intersection)");
-<<<<<<< HEAD
-    EXPECT_NE(table.note.find("Not shown, at worst: `soft:k=10` (intersection) 1.00 mm; `soft:k=11` (intersection) 1.10 mm; "
-                              "`soft:k=12` (intersection) 1.20 mm."),
-              std::string::npos)
-=======
     EXPECT_NE(
         table.note.find("Not shown, at worst: `soft:k=10` (intersection) 1.00 mm; `soft:k=11` (intersection) 1.10 mm; "
                         "`soft:k=12` (intersection) 1.20 mm."),
         std::string::npos)
->>>>>>> 45f5d4b2c92ec0d78339e6c27150ba3d4f6a3106
         << table.note;
 }
 

@@ -61,7 +61,8 @@ TEST(PageScript, SortsFiltersAndShowsCommands) {
         out.push(Array.from(all.tBodies[0].rows).filter(function (row) { return !row.hidden; }).length);
         document.title = out.join("; ");)");
     EXPECT_EQ(title,
-              "r11 (intersection); r2 (intersection); r11 (intersection); trocar run poke.json --detector mine --response r11 "
+              "r11 (intersection); r2 (intersection); r11 (intersection); trocar run poke.json --detector mine "
+              "--response r11 "
               "--contacts intersection --ticks 1110; 0; 1");
 }
 

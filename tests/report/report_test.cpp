@@ -205,7 +205,7 @@ TEST(Verdict, RowsOfOneStateUnderOtherForcesAreTwo) {
         return verdict_table(verdict_of(results), "", 1.0).rows.size();
     };
     EXPECT_EQ(printed(), 1U);
-    records[1].summary["force_max_n"] = 2.0;  // where scripts lead all bodies a state knows nothing of forces
+    records[1].summary["force_max_n"] = 2.0;  // where scripts drive all bodies a state knows nothing of forces
     EXPECT_EQ(printed(), 2U);
 }
 
@@ -250,8 +250,9 @@ TEST(Report, LostByTheDetectorIsReportedAsDepthAndForceAgainstAnExactOne) {
                             "(poke: 0.500 → 2.50) | 3.00 (poke: 1.00 → 4.00) | 0 of 1 |"),
               std::string::npos)
         << markdown.substr(markdown.find("## Effect of detection errors"), 1500);
-    EXPECT_NE(markdown.find("Detection errors change nothing, bit by bit on every scene, in `twin + push (intersection)`."),
-              std::string::npos);
+    EXPECT_NE(
+        markdown.find("Detection errors change nothing, bit by bit on every scene, in `twin + push (intersection)`."),
+        std::string::npos);
 }
 
 TEST(Report, WithoutAnExactRowNothingIsSaidToBeLost) {
@@ -368,7 +369,7 @@ TEST(Verdict, ResponsesAreOrderedByFailuresThenDepthsThenTime) {
 }
 
 TEST(Verdict, AContactAsSoftAsItsSceneAsksIsNoError) {
-    // The stiff one leaves less depth, but its hand is 2 mm from where k lets it be.
+    // The stiff one leaves less depth, but its operator is 2 mm from where k lets it be.
     std::vector<Record> records{
         synthetic({.scene = "cross", .pair_class = "I2I", .residual_mm = 0.8}),
         synthetic({.scene = "cross", .pair_class = "I2I", .response = "stiff", .residual_mm = 0.1, .state_hash = "b"})};
@@ -623,9 +624,10 @@ TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsew
     records.back().summary["ruptures"] = 1;
     records.back().summary["reference_clears_hard"] = 0;
     const std::string markdown = test::whole(make_report(records));
-    EXPECT_NE(markdown.find("| B. Mirtich et al | Impulse based | Y / N / N | `bounce` (intersection) | 3 of 4 | 4 | 7.00 "
-                            "| 107 | 0 of 3300 | 1.25 | 9.00 |"),
-              std::string::npos)
+    EXPECT_NE(
+        markdown.find("| B. Mirtich et al | Impulse based | Y / N / N | `bounce` (intersection) | 3 of 4 | 4 | 7.00 "
+                      "| 107 | 0 of 3300 | 1.25 | 9.00 |"),
+        std::string::npos)
         << markdown.substr(markdown.find("Table 2.1"), 5000);
     EXPECT_NE(markdown.find("| D. Baraff et al | Constraint | N / Y / Y | not measured |"), std::string::npos);
     EXPECT_NE(markdown.find(" Each of `bounce` acts as springs where nothing bends."), std::string::npos);
@@ -710,10 +712,10 @@ TEST(Report, ABlindDetectorSaysNothingOfWhatAResponseClears) {
 TEST(Report, OutcomesOfOneMotionStandInOneRowThatNamesAll) {
     const std::string markdown =
         test::whole(make_report({synthetic({}), synthetic({.detector = "twin"}), synthetic({.response = "shove"})}));
-    EXPECT_NE(
-        markdown.find("| poke | `mine + push (intersection)`, moving alike: `mine + shove (intersection)`, `twin + push "
-                      "(intersection)` |"),
-        std::string::npos)
+    EXPECT_NE(markdown.find(
+                  "| poke | `mine + push (intersection)`, moving alike: `mine + shove (intersection)`, `twin + push "
+                  "(intersection)` |"),
+              std::string::npos)
         << markdown;
     const std::size_t outcomes = markdown.find("**Outcome of every closed-loop run");
     const std::string table = markdown.substr(outcomes, markdown.find("<sub>", outcomes) - outcomes);
@@ -1027,8 +1029,10 @@ TEST(Report, ABaselineLeftOutIsOneOfTheThingsThatAreChanged) {
                                        synthetic({.detector = "theirs", .own = false, .residual_mm = 0.2}),
                                        synthetic({.detector = "third", .own = false, .residual_mm = 0.3})});
     const std::string& markdown = test::whole(report);
-    EXPECT_NE(markdown.find("| `theirs` left out | `mine + push (intersection)` | yes |"), std::string::npos) << markdown;
-    EXPECT_NE(markdown.find("| `mine` left out | `theirs + push (intersection)` | left out itself |"), std::string::npos);
+    EXPECT_NE(markdown.find("| `theirs` left out | `mine + push (intersection)` | yes |"), std::string::npos)
+        << markdown;
+    EXPECT_NE(markdown.find("| `mine` left out | `theirs + push (intersection)` | left out itself |"),
+              std::string::npos);
 }
 
 TEST(Report, DepthOfASceneWhereOnlyTheContactYieldsIsCalledItsOwn) {

@@ -121,7 +121,7 @@ TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
                 std::function<Vector3(double)> place;  ///< of the lowest face's middle
                 bool starts_near = false;
             };
-            // The skin of the sheet is 5 um: within it a tool that stands is moved off.
+            // The contact offset of the sheet is 5 um: within it a tool that stands is moved off.
             const std::vector<Way> paths{
                 {"sideways 0.2 mm above", [](double t) { return Vector3(-0.02 + 1.0 * t, 0.0007, 0.0002); }},
                 {"down at 0.5 m/s to 0.05 mm above, and up",
@@ -164,7 +164,7 @@ TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
         });
 }
 
-// ---------------------------------------------------------------- tools led by a hand
+// ---------------------------------------------------------------- tools driven by a hand
 
 struct Tool {
     std::string name;
@@ -179,7 +179,7 @@ const std::vector<Tool> tools{
      0.002 * std::numbers::sqrt2},
     {"point", R"({"shape":"shaft","radius":0.002,"length":0.06,"edge":0.002})", 0.0}};
 
-/// A hand leads it at `speed` (m/s) from 20 ms above the plane of a sheet to 3 mm below.
+/// An operator drives it at `speed` (m/s) from 20 ms above the plane of a sheet to 3 mm below.
 Scene landing(const Tool& tool, double driven_at) {
     const double top = 0.0203 * driven_at;
     constexpr double low = -0.003;

@@ -379,7 +379,7 @@ TEST(TipProxy, LeavesMoreAndMoreOfAContactToOthersBetweenTwoAndFourRadiiOfTheTip
     laws.prepare(s.topology, s.materials, {});
     TipProxies proxies;
     proxies.prepare(s.topology, s.materials, r);
-    EXPECT_EQ(proxies.share_left(0, tip), 1.0) << "before the first tick nothing is led";
+    EXPECT_EQ(proxies.share_left(0, tip), 1.0) << "before the first tick nothing is driven";
     proxies.respond(s.topology, s.materials, laws, s.frame, s.contacts, s.output);
     EXPECT_EQ(proxies.share_left(1, tip), 1.0) << "the tip is another body's";
     for (const auto& [radii, share] : {std::pair{0.0, 0.0},

@@ -304,7 +304,8 @@ double roughness(const std::string& method, double step, double start_x, double 
 
 TEST(Continuity, GapCorrectedForceHasNoJumpAcrossEdgesAndFaithfulHas) {
     test::expect_known_gap(
-        "intersection contacts change from a vertex in a face to edges that cross, and the force of corrected with them",
+        "intersection contacts change from a vertex in a face to edges that cross, and the force of corrected with "
+        "them",
         [] {
             // A continuous force changes ten times less over a ten times smaller step; a jump does not.
             for (const double start : {-0.0008, 0.0013}) {  // across the edge x = 0, across a diagonal

@@ -1,5 +1,5 @@
 // Tissue in two layers under a tool: a sheet folded over itself, a flat bag, two sheets one above the other; and tools
-// that are drawn out. `unilateral` against the heights of the layers over the tool, found by brute force, and the books
+// that are drawn out. `unilateral` against the heights of the layers over the tool, found by brute force, and the audit
 // of energy.
 #include <fmt/format.h>
 #include <gtest/gtest.h>

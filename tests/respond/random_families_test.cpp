@@ -1,4 +1,4 @@
-// `unilateral` on random scenes, each family by its seeds: tools of any size led anyhow into sheets, organs, folds,
+// `unilateral` on random scenes, each family by its seeds: tools of any size driven anyhow into sheets, organs, folds,
 // stacked sheets and a sheet over bone. What is asked (CONTACT §5): 200 ms after the last key at most 0.1 mm is left,
 // else the tear is reported.
 #include <gtest/gtest.h>

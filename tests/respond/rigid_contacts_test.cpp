@@ -14,7 +14,7 @@
 namespace trocar {
 namespace {
 
-/// A shape led to (0.0021, 0.0013, z) over the top (z = 0) of a rigid block whose edges are `edge` long.
+/// A shape driven to (0.0021, 0.0013, z) over the top (z = 0) of a rigid block whose edges are `edge` long.
 std::string over_a_block(const std::string& part, double edge, double z, const std::string& drive,
                          const std::string& turn = "0,0,0", bool closed = true) {
     return fmt::format(

@@ -48,7 +48,8 @@ TEST(TickStart, SpringsOfEveryResponseEndTheTickWhereTheScriptDoes) {
 }
 
 TEST(TickStart, WhatHandsMovedIsNotTheScripts) {
-    // The same motion as the end of a hand's last tick: at the start of this one the tool is where the frame has it.
+    // The same motion as the end of an operator's last tick: at the start of this one the tool is where the frame has
+    // it.
     for (const std::string method : {"penalty:k=1000,mu=0", "thesis:k=1000,mu=0,n_back=0"}) {
         PairSample s = pressed();
         s.frame.operator_motion = {Vector3(0.0, 0.0, -speed * dt), Vector3::Zero()};

@@ -101,7 +101,7 @@ TEST_P(UnilateralOnShippedScenes, LeavesNoMoreThanATwentiethOfAMillimetreAtAnyTi
 INSTANTIATE_TEST_SUITE_P(Scenes, UnilateralOnShippedScenes, testing::ValuesIn(clear_scenes()),
                          [](const auto& each) { return each.param; });
 
-/// A tool led straight into a bone's face, at rest at the end.
+/// A tool driven straight into a bone's face, at rest at the end.
 class ToolInBone : public testing::TestWithParam<double> {
 protected:
     static Scene scene(const std::string& tool, double depth) {
@@ -144,7 +144,7 @@ TEST_P(ToolInBone, AShaftShowsStiffnessTimesDepth) {
 
 INSTANTIATE_TEST_SUITE_P(Depths, ToolInBone, testing::Values(0.0005, 0.0011, 0.0014, 0.002, 0.005));
 
-/// A scene of two bodies, the second a tool that a script leads or a hand of 300 N/m pushes along the keys.
+/// A scene of two bodies, the second a tool that a script drives or an operator of 300 N/m pushes along the keys.
 Scene rigid_scene(const std::string& first, const std::string& part, const std::string& drive,
                   const std::string& keys) {
     return test::scene_from_text(fmt::format(
@@ -182,7 +182,7 @@ TEST(UnilateralOnBone, AToolLedThroughAPlateIsReportedToHavePassed) {
     EXPECT_EQ(record.summary.at("passed_through"), 1.0);
 }
 
-/// Two crossed shafts of 5 mm, one led by a hand that would like to be `force` / 300 N/m below where they touch.
+/// Two crossed shafts of 5 mm, one driven by a hand that would like to be `force` / 300 N/m below where they touch.
 Record crossed_shafts(double force) {
     const std::string part = R"({"shape":"shaft","radius":0.0025,"length":0.1,"edge":0.002,"pose":[0,0,-0.05,0,0,0]})";
     return run_scene_with(rigid_scene(fmt::format(R"({{"name":"first","kind":"instrument","closed":true,"parts":[{}],
@@ -196,7 +196,7 @@ Record crossed_shafts(double force) {
 }
 
 TEST(UnilateralOfTwoShafts, HoldsThemApartOrReportsThatOneHasPassed) {
-    // The hand's spring and the contact's of 1000 N/m in a row: 1000 / 1300 of the force; polygons are a little
+    // The operator's spring and the contact's of 1000 N/m in a row: 1000 / 1300 of the force; polygons are a little
     // thinner.
     for (const double force : {1.0, 1.5}) {
         const Record record = crossed_shafts(force);

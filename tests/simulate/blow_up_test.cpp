@@ -216,7 +216,7 @@ TEST(BlowUp, WhatHoldsIsLeftAlone) {
 }
 
 /// A stepper shows the far part of an organ late: where that meets what is not late, springs are stretched by nothing
-/// that anybody did. The verdict and the books are of the tissue without that.
+/// that anybody did. The verdict and the audit are of the tissue without that.
 TEST(BlowUp, WhatIsShownLateIsNoEnergyFromNothing) {
     const Scene scene = read_scene(
         std::filesystem::path(TROCAR_SOURCE_DIR) / "bench/studies/scenes/size/size_organ_12k.json", std::nullopt);
@@ -236,7 +236,7 @@ TEST(BlowUp, WhatIsShownLateIsNoEnergyFromNothing) {
     EXPECT_GT(shown, 5.0 * whole) << "nothing was late: this says nothing";
 }
 
-/// A led tool of one vertex and a tissue of two springs in a row with round figures.
+/// A driven tool of one vertex and a tissue of two springs in a row with round figures.
 struct TwoSprings {
     Scene scene;
     Frame seen;

@@ -90,7 +90,7 @@ TEST_P(EveryResponse, EndsEveryTickWithANamedOutcome) {
             for (int tick = 0; tick < ticks; ++tick) {
                 const StepRow row = simulation.step();
                 // What is held before it crosses shows as force alone.
-                constexpr double no_force = 1e-6;  // N, rounding of a hand's free motion
+                constexpr double no_force = 1e-6;  // N, rounding of an operator's free motion
                 const std::vector<Contact>& all = simulation.contacts().contacts;
                 // Features within the query distance are not yet contact; contacts of meeting triangles without a gap
                 // are.

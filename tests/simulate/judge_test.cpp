@@ -60,7 +60,7 @@ std::unique_ptr<Detector> JudgeOnAPoke::neutral() {
     class Slow final : public Detector {
     public:
         void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
-        void update(const Frame& /*frame*/, double /*reach*/) override {}
+        void update(const Frame& /*frame*/, double /*query_distance*/) override {}
         void detect(const Frame& frame, ContactSet& contacts) override {
             contacts.clear();
             const auto corners = [&](Index t) {

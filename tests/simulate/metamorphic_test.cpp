@@ -60,7 +60,7 @@ TEST(MetamorphicTest, ADetectorThatMergesContactsOfOnePlaceDependsOnEveryReporti
 }
 
 TEST(MetamorphicTest, AResponseThatGoesFromBodyToBodyDependsOnTheirOrder) {
-    // Two instruments, each in a hand: what one has moved the other one meets.
+    // Two instruments, each in an operator: what one has moved the other one meets.
     const Scene scene = scene_named("i2i_cross");
     const Record thesis = metamorphic(scene, "ohc", "thesis", 0);
     const Record hold = metamorphic(scene, "ohc", "unilateral", 0);

@@ -25,7 +25,7 @@ using test::scene_from_text;
 class Blind : public Detector {
 public:
     void prepare(const Topology& /*topology*/, const Frame& /*frame*/) override {}
-    void update(const Frame& frame, double /*reach*/) override { frames.push_back(frame); }
+    void update(const Frame& frame, double /*query_distance*/) override { frames.push_back(frame); }
     void detect(const Frame& /*frame*/, ContactSet& contacts) override { contacts.clear(); }
     std::vector<Frame> frames;
 };

@@ -247,7 +247,7 @@ TEST_F(StudyFile, ASweepRunsAMethodOnItsScenesAndReportsWhatHasNoContactsOfItsOw
     }
     if (ends.at("a|fcl_bvh|penalty|native") == "absent") GTEST_SKIP() << "without FCL";
     const std::map<std::string, std::string> expected{
-        {"a|ohc|thesis|intersection", "to do"},          {"b|ohc|thesis|intersection", "to do"},
+        {"a|ohc|thesis|intersection", "to do"},       {"b|ohc|thesis|intersection", "to do"},
         {"b|ohc|penalty|tracked_proximity", "to do"}, {"a|ohc|penalty|native", "unsupported"},
         {"a|ohc|thesis|native", "unsupported"},       {"a|fcl_bvh|penalty|native", "to do"},
         {"a|fcl_bvh|thesis|native", "unsupported"}};
@@ -431,7 +431,8 @@ TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsReportedOnce) {
             ++thesis_rows;
             ASSERT_TRUE(run.settled);
             EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
-            EXPECT_NE(run.settled->message.find("from contacts tracked_proximity, proximity, intersection, not from 'native'"),
+            EXPECT_NE(run.settled->message.find(
+                          "from contacts tracked_proximity, proximity, intersection, not from 'native'"),
                       std::string::npos);
         } else {
             ++penalty_runs;

@@ -30,7 +30,7 @@ test::TissueSample disc(bool held) {
     return s;
 }
 
-/// Fine enough that all around what is touched is awake, solved to the rounding.
+/// Fine enough that all around what is touched is active, solved to the rounding.
 std::unique_ptr<Stepper> exact_adaptive_multires() {
     return make_stepper("adaptive_multires", {{"whole", "0"}, {"error", "1e-4"}, {"tolerance", "1e-13"}});
 }
@@ -98,7 +98,8 @@ TEST(AdaptiveMultiresOutputs, WhatOnlyAPositionCorrectionHoldsHasNoMomentumOfIts
 }
 
 TEST(AdaptiveMultiresOutputs, AContactOfAVertexThatIsPlacedHasTheGapThatItReports) {
-    // Asleep in a frame that is known; put 1 mm along the normal of a contact that was reported for where it had been.
+    // Interpolated in a frame that is known; put 1 mm along the normal of a contact that was reported for where it had
+    // been.
     const test::TissueSample s = disc(true);
     ResponseOutput output = test::empty_output(s.topology);
     output.position_corrections.push_back({.vertex = 0, .position = Vector3(0.0, 0.0, 0.001)});

@@ -1,5 +1,5 @@
 // The stepper `adaptive_multires` where it does not step the whole: against `implicit` on the same sheets, and what it
-// owes of motion where most of the tissue sleeps.
+// owes of motion where most of the tissue is interpolated.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -339,7 +339,7 @@ TEST(AdaptiveMultires, ATighterBoundIsKeptAndALooserOneSavesWork) {
     const double tight = force_error(with("0.0025"), 0.0, 150).worst;
     EXPECT_LT(loose, 0.05);
     EXPECT_LT(tight, 0.0025);
-    // Looking closely at what sleeps hides how far the fine region reaches.
+    // Looking closely at the interpolated part hides how far the fine region reaches.
     const auto unseen = [](const char* error) {
         return force_error({{"whole", "0"}, {"error", error}, {"visits", "3"}}, 0.0, 150).worst;
     };
@@ -550,7 +550,7 @@ TEST(AdaptiveMultires, AsksForNoMemoryAfterWarmUp) {
 }
 
 TEST(AdaptiveMultires, FramesThatAreKnownAreWrittenWhereTheyChangeAndComeOutTheSame) {
-    // One looks through its frame at every tick and writes all of it. The other is reported that its frames, three that
+    // One reads through its frame at every tick and writes all of it. The other is reported that its frames, three that
     // take turns as in a simulation, are as it has left them.
     Press slow("adaptive_multires", with("0.05"));
     slow.placed_from = 60;
@@ -600,7 +600,7 @@ TEST(AdaptiveMultires, FramesThatAreKnownAreWrittenWhereTheyChangeAndComeOutTheS
         }
         least = std::min(least, reported);
     }
-    EXPECT_LT(least, s.topology.vertex_count / 2) << "most of the tissue sleeps";
+    EXPECT_LT(least, s.topology.vertex_count / 2) << "most of the tissue is interpolated";
 }
 
 TEST(AdaptiveMultires, AFrameOfOthersIsTakenAsItIs) {
@@ -877,7 +877,8 @@ TEST(AdaptiveMultires, WhatCannotGoOnHasANameLeavesTheFrameAloneAndIsForgotten) 
 
 TEST(AdaptiveMultires, SlicesOfOneVertexShowAllOfAStringInTurn) {
     // A string of 23 springs under tension that is loaded across between its 2nd and 3rd: straight on both sides of the
-    // load, F e 2 21 / (23 T) aside there. A sixteenth of its vertices is one, and what lies beyond three rings sleeps.
+    // load, F e 2 21 / (23 T) aside there. A sixteenth of its vertices is one, and what lies beyond three rings is
+    // interpolated.
     constexpr Index count = 24;
     constexpr Index loaded = 2;
     constexpr double tension = 0.04;  // N
@@ -1001,12 +1002,12 @@ TEST(AdaptiveMultires, EveryLevelIsAsStiffAndAsDampedAsWhatSleepsBelowIt) {
             if (levels[level].rest[at(node)].norm() < woken) region.activate(level, node);
         }
         EXPECT_GT(levels[level].active_nodes.size(), 2U);
-        compare("some awake");
+        compare("some active");
     }
     for (const std::size_t level : {0U, 1U}) {
         const std::vector<Index> active = levels[level].active_nodes;
         for (std::size_t n = 0; n < active.size(); n += 2) region.interpolate(level, active[n]);
-        compare("some asleep again");
+        compare("some interpolated again");
     }
 }
 

@@ -172,7 +172,7 @@ TEST(CrowdedContacts, ReportedForcesAreWhatMovesTheVerticesAndNearTheConvergedOn
 
 TEST(CrowdedContacts, ARowThatYieldsOneAfterTheOtherIsSolvedWithTheTissuesWholeCompliance) {
     // Light masses on a line of springs, each tied to its place by a contact that yields. The first is pushed by what
-    // 90 of them can hold: one hands on to the next what it no longer bears, so that a search which lets one more
+    // 90 of them can hold: one passes on to the next what it no longer bears, so that a search which lets one more
     // yield in a round takes more rounds than it has.
     constexpr Index count = 120;
     constexpr double h = 1e-3;  // s

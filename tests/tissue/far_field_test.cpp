@@ -1,4 +1,4 @@
-// In which order what sleeps is followed, and that all of it is.
+// In which order the interpolated part is followed, and that all of it is.
 #include "tissue/far_field.hpp"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ test::TissueSample disc_beside_a_tool(double reaches) {
     return s;
 }
 
-/// A disc that sleeps but for the nodes of the last level.
+/// A disc that is interpolated but for the nodes of the last level.
 struct Sleeping {
     test::TissueSample s = disc_beside_a_tool(tool);
     MovingTissue tissue{s.topology, s.materials};

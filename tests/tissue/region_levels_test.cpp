@@ -1,4 +1,4 @@
-// What nodes of several levels pull each other by while some of them wake and fall asleep.
+// What nodes of several levels pull each other by while some of them wake and fall interpolated.
 #include "tissue/region_levels.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ protected:
         tissue.take_over(test::empty_output(s.topology), s.frame);
         return tissue;
     }
-    /// Hands a force on a node on to what it moves with.
+    /// Operators a force on a node on to what it moves with.
     void pass_on(std::size_t level, Index node, const Vector3& force, std::vector<Matrix3X>& to) {
         const RegionLevel& here = region.levels()[level];
         if (here.fixed[at(node)] != 0) return;
@@ -48,7 +48,7 @@ protected:
         }
         return forces;
     }
-    /// N, on what is awake, by the places of all vertices.
+    /// N, on what is active, by the places of all vertices.
     std::vector<Matrix3X> expected() {
         Frame frame = s.frame;
         region.complete(frame);
@@ -61,7 +61,7 @@ protected:
         }
         return forces;
     }
-    /// N, by the levels' own edges that end at something awake, and by what they have of what sleeps.
+    /// N, by the levels' own edges that end at something active, and by what they have of the interpolated part.
     std::vector<Matrix3X> found() {
         std::vector<Matrix3X> forces = nothing();
         std::vector<RegionLevel>& levels = region.levels();
@@ -111,16 +111,16 @@ protected:
 
 TEST_F(RegionLevels, NodesThatAreAwakeArePulledByThePlacesOfAllVerticesWhicheverOthersSleep) {
     const std::size_t last = region.levels().size() - 1;
-    ASSERT_GE(last, 3U) << "a level that sleeps on one that sleeps";
+    ASSERT_GE(last, 3U) << "a level that is interpolated on one that is interpolated";
     move_active();
-    compare("all asleep");
+    compare("all interpolated");
     for (int round = 0; round < 4; ++round) {
         for (std::size_t level = 1; level < last; ++level) {
             for (Index node = 0; at(node) < region.levels()[level].size(); ++node) {
                 if (random() % 3 == 0) region.activate(level, node);
             }
         }
-        compare("some awake");
+        compare("some active");
         move_active();
         compare("some have moved by themselves");
         for (std::size_t level = last - 1; level > 0; --level) {
@@ -129,7 +129,7 @@ TEST_F(RegionLevels, NodesThatAreAwakeArePulledByThePlacesOfAllVerticesWhichever
                 if (random() % 2 == 0) region.interpolate(level, node);
             }
         }
-        compare("some asleep where they were");
+        compare("some interpolated where they were");
         move_active();
         compare("carried on from there");
     }

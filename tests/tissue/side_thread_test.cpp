@@ -1,4 +1,4 @@
-// The second thread of a stepper: does what it is given, once, and hands back what went wrong.
+// The second thread of a stepper: does what it is given, once, and returns what went wrong.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -20,7 +20,8 @@ TEST(SideThread, DoesEachWorkOnceInAnotherThread) {
     };
     for (int n = 1; n <= 2000; ++n) {
         if (n % 3 != 0) side.rouse();
-        if (n % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // long enough to fall asleep
+        if (n % 100 == 0)
+            std::this_thread::sleep_for(std::chrono::milliseconds(1));  // long enough to fall interpolated
         side.start(work);
         side.join();
         ASSERT_EQ(done, n);

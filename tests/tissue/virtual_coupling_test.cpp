@@ -9,7 +9,7 @@
 namespace trocar {
 namespace {
 
-/// Two one-vertex instruments; the operator leads the first.
+/// Two one-vertex instruments; the operator drives the first.
 struct Pair {
     Topology topology = make_topology({Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 1},
                                        Body{.name = "other", .kind = BodyKind::instrument, .vertex_count = 1}});
@@ -107,8 +107,8 @@ TEST(VirtualCoupling, MomentIsThatOfTheContactForceAtItsPoint) {
 }
 
 TEST(VirtualCoupling, MomentOfTheReactionIsTurnedRound) {
-    // A fixed vertex with normal -z presses on the hand at (0.02, 0.01, 0), whose operator wants to be 4 mm below: the
-    // hand is pushed up.
+    // A fixed vertex with normal -z presses on the operator at (0.02, 0.01, 0), whose operator wants to be 4 mm below:
+    // the hand is pushed up.
     Pair p;
     Wrench load;
     for (int tick = 0; tick < 3000; ++tick) {
@@ -127,9 +127,9 @@ TEST(VirtualCoupling, MomentOfTheReactionIsTurnedRound) {
 }
 
 TEST(VirtualCoupling, OneStepAgainstAMovingWallIsTheBackwardEulerOfItsEquation) {
-    // A wall that moves up at w under a hand 0.2 mm inside it that goes down at u: with the hand's spring and damper
-    // explicit, m (v - u) / h = pull + F, F = k (d - h (v - w)) - mu (v - w) for a damper, and with mu below zero
-    // F = k (d - h (v - w)) - mu (u - w). Solved for v by hand.
+    // A wall that moves up at w under an operator 0.2 mm inside it that goes down at u: with the operator's spring and
+    // damper explicit, m (v - u) / h = pull + F, F = k (d - h (v - w)) - mu (v - w) for a damper, and with mu below
+    // zero F = k (d - h (v - w)) - mu (u - w). Solved for v by hand.
     const double h = 1e-3, k = 800.0, d = 2e-4, u = -0.03, w = 0.05;
     for (const double mu : {1.5, -0.4}) {
         Pair p;
@@ -190,7 +190,7 @@ TEST(VirtualCoupling, TwoHandsThatPressOnEachOtherAreSolvedTogether) {
         }
         // k d = 300 (0.002 - d/2) on either side.
         EXPECT_NEAR(-last_gap, 0.6 / (k + 150.0), 1e-9) << k;
-        EXPECT_NEAR(state[0].position.z() + state[1].position.z(), 0.0, 1e-12) << "no hand comes first";
+        EXPECT_NEAR(state[0].position.z() + state[1].position.z(), 0.0, 1e-12) << "no operator comes first";
     }
 }
 
