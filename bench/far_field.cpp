@@ -154,8 +154,7 @@ Table table_of(const std::vector<FarFieldRun>& runs) {
     }
     table.note =
         "One thread. Error of places: largest distance of a vertex from where it is when the whole tissue moves, over "
-        "all "
-        "ticks; bands by the distance at rest from where the tool goes in.";
+        "all ticks; bands by the distance at rest from where the tool goes in.";
     return table;
 }
 
@@ -208,9 +207,8 @@ std::vector<Figure> figures_of(const FarFieldRun& run) {
             {"charts/" + name + "_places.svg", draw(places),
              "Largest error of a vertex's place, by distance from where the tool goes in."},
             {"charts/" + name + "_ways.svg", draw(paths),
-             "What there is to follow: furthest distance of a vertex from rest when the whole tissue moves. A membrane "
-             "sinks "
-             "with the logarithm of the distance, so that it is far from still where the tool is not."}};
+             "What there is to follow: furthest distance of a vertex from rest when the whole tissue moves. A "
+             "membrane sinks with the logarithm of the distance, so that it is far from still where the tool is not."}};
 }
 
 std::string csv_of(const std::vector<FarFieldRun>& runs) {
@@ -287,10 +285,9 @@ std::map<std::string, std::string> far_field_report(const std::vector<FarFieldRu
     Document document;
     document.title = "trocar far_field: what is not moved at every tick";
     document.blocks.emplace_back(Paragraph{
-        "A pinned sheet of 200 mm with the tissue of `press_20k`; a blunt shaft goes 3 mm deep, rests, is "
-        "drawn 8 mm along "
-        "and rises. Response `unilateral`, detector `ohc_clustered`. Both steppers run in step, each with its own "
-        "contacts."});
+        "A pinned sheet of 200 mm with the tissue of `press_20k`; a blunt shaft goes 3 mm deep, rests, is drawn 8 mm "
+        "along and rises. Response `unilateral`, detector `ohc_clustered`. Both steppers run in step, each with its "
+        "own contacts."});
     document.blocks.emplace_back(table_of(runs));
     std::map<std::string, std::string> files;
     for (const FarFieldRun& run : runs) {

@@ -76,12 +76,10 @@ void Writer::reaches() {
     add_heading("Within the query distance of closed loops");
     add_text(
         "Responses with a look-ahead need all pairs of triangles at most a query distance apart: a tenth of the "
-        "smallest mean "
-        "edge and the path of a step, rounded up to that tenth times a power of two. Who can answer that is asked both "
-        "ways in turns on the same frames; near pairs are held against truth as meeting ones are. Candidates are each "
-        "method's own; distances are computed by the same code for all, of which ours first decide most pairs in "
-        "vectors "
-        "of floats, as they do for meeting pairs.");
+        "smallest mean edge and the path of a step, rounded up to that tenth times a power of two. Who can answer "
+        "that is asked both ways in turns on the same frames; near pairs are held against truth as meeting ones are. "
+        "Candidates are each method's own; distances are computed by the same code for all, of which ours first "
+        "decide most pairs in vectors of floats, as they do for meeting pairs.");
     for (const CellRecord* record : cells) {
         const std::string embree_label = std::string(embree_anchor) + std::string(within_query_distance);
         const std::string fcl_label = std::string(fcl_anchor) + std::string(within_query_distance);
@@ -329,8 +327,7 @@ void Writer::orders() {
         }
     }
     table.note =
-        "All other cells use vertices and triangles renumbered once, at load, along a space-filling curve, for "
-        "every "
+        "All other cells use vertices and triangles renumbered once, at load, along a space-filling curve, for every "
         "method alike. Generated: face by face, row by row. Shuffled: at random.";
     add_table(std::move(table));
 }

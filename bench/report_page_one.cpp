@@ -26,9 +26,7 @@ std::string Writer::summary_sentence() const {
         return "The main cell, light contact of 20k tissue and 2k instrument triangles, was not measured.";
     std::string text = fmt::format(
         "Tissue of 20k triangles, all moving, vertices renumbered along a curve, instrument of 2k, {} true pairs, "
-        "update and detect to the sorted "
-        "list "
-        "of pairs, one thread:",
+        "update and detect to the sorted list of pairs, one thread:",
         record->measurement.true_pairs);
     const char* separator = " ";
     std::vector<std::string> names = own_labels();

@@ -30,15 +30,13 @@ void Writer::origin() {
     if (binaries.size() > 1) table.rows.push_back({{"warning", "records of several binaries"}});
     add_table(std::move(table));
     add_text(
-        "Each cell (one scene, all methods) is one process. Methods take turns in random order, 8 blocks "
-        "of "
-        "consecutive steps each; a step before every block warms the caches up and is kept as the cold time. A "
-        "step "
+        "Each cell (one scene, all methods) is one process. Methods take turns in random order, 8 blocks of "
+        "consecutive steps each; a step before every block warms the caches up and is kept as the cold time. A step "
         "is `update` and `detect`, from a double-precision frame that was just written to the sorted list of all "
-        "pairs. Stage times are CPU time of the whole process, all threads, so that other programs on the machine "
-        "do not count; p99 is wall time. Slow methods take fewer steps (column n); ratios use the steps that "
-        "both sides have. The first step of each block is held against the exact oracle, every other step against "
-        "a method that agreed with it.");
+        "pairs. Stage times are CPU time of the whole process, all threads, so that other programs on the machine do "
+        "not count; p99 is wall time. Slow methods take fewer steps (column n); ratios use the steps that both sides "
+        "have. The first step of each block is held against the exact oracle, every other step against a method that "
+        "agreed with it.");
     Table floor;
     floor.caption = "A/A: the same method twice in one cell";
     floor.columns = {{"cell"}, {"method"}, {"ratio [95 %]", true}};
@@ -171,10 +169,9 @@ void Writer::tuning() {
         table.note =
             "Default: what the library's user gets who chooses nothing, as far as the adapter has it. Recommended: "
             "this project's setting, which the other tables use; reasons at the head of each file of baselines/. "
-            "Tuned: the fastest of the settings tried, chosen by the mean of the first half of the steps among "
-            "those "
-            "with exact pairs (where there is none, †, among all), timed on the second half like the other "
-            "two. The search is its settings, steps and seconds of update and detect.";
+            "Tuned: the fastest of the settings tried, chosen by the mean of the first half of the steps among those "
+            "with exact pairs (where there is none, †, among all), timed on the second half like the other two. The "
+            "search is its settings, steps and seconds of update and detect.";
         add_table(std::move(table));
         add_table(std::move(every));
     }

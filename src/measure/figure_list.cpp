@@ -77,14 +77,12 @@ void add_pairs(std::vector<SummaryFigure>& list) {
         {"f1", "1", Better::higher, "Harmonic mean of precision and recall", pair_truth},
         {"query_distance_median_m", "m", Better::neither,
          "Median query distance: within which the contact generator wanted pairs of triangles brought; n/a where it "
-         "asks for those "
-         "that meet",
+         "asks for those that meet",
          counters},
         {"query_distance_max_m", "m", Better::neither, "Largest of the same", counters},
         {"true_proximity_pairs", "1", Better::neither,
          "Pairs of triangles that do not meet and are within the query distance, summed over the ticks judged in "
-         "detail; n/a where "
-         "no generator needs them",
+         "detail; n/a where no generator needs them",
          pair_truth},
         {"proximity_false_negatives", "1", Better::lower,
          "Of these: pairs within the query distance that were not reported", pair_truth},
@@ -161,10 +159,9 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"overshoot_max_m", "m", Better::lower,
          "Largest gap within 20 ticks after a depth, less the distance that scripts moved bodies meanwhile", geometry},
         {"passed_through", "1", Better::lower,
-         "Times that one of two bodies without tissue between them was driven through the other: a point of it went in "
-         "and "
-         "came out at the opposite side (closed), or it is wholly on the other side (open sheet); n/a without such "
-         "bodies",
+         "Times that one of two bodies without tissue between them was driven through the other: a point of it went "
+         "in and came out at the opposite side (closed), or it is wholly on the other side (open sheet); n/a without "
+         "such bodies",
          passages},
         {"wrong_side_max", "1", Better::lower,
          "Most sample points and stretches of edges left on the wrong side after a tick", geometry},
@@ -227,8 +224,7 @@ void add_outcome(std::vector<SummaryFigure>& list) {
         {"force_without_touch_m", "m", Better::lower,
          "Contact force at a distance: per body pair the largest clearance (the smaller of the tick's start and end) "
          "in a tick with more than 1 % of the pair's peak force. n/a where forces of pairs are not distinguished, "
-         "where "
-         "no tick had force, and where not every tick was judged",
+         "where no tick had force, and where not every tick was judged",
          geometry},
         {"force_flips", "1", Better::lower, "Ticks on which the tool force turned by more than 90 degrees", force},
         {"force_above_30hz_rms_n", "N", Better::lower,

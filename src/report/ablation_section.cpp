@@ -338,8 +338,7 @@ Table where_table(const Ablation& ablation) {
     table.note =
         "Acts: the last state, or any watched figure, differs in at least one bit between the run with and the run "
         "without the switch. A reason for no effect is the study's and is reported only where the runs bear it out; "
-        "where "
-        "they do not, the row says so.";
+        "where they do not, the row says so.";
     return table;
 }
 
@@ -379,8 +378,7 @@ Table main_table(const Ablation& ablation) {
         "both. Change: the larger over the smaller value, from a factor of {:g} on; values below a floor count as the "
         "floor (0.01 mm, 0.01 N and so on: the floors are in {}). Residual penetration, forces and their errors come "
         "before the audit and signal figures, a failed run before all. Time: median tick with over without, geometric "
-        "mean "
-        "over the scenes, one process each: ratios near 1 mean nothing. A switch without effect alone may matter "
+        "mean over the scenes, one process each: ratios near 1 mean nothing. A switch without effect alone may matter "
         "together with others or on a scene that reaches it.",
         reporting_factor, code("src/report/ablation_section.cpp"));
     return table;

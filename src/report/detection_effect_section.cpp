@@ -199,14 +199,11 @@ void add_lost_by_the_detector(Draft& draft) {
             fmt::format("Detection errors change nothing, bit by bit on every scene, in {}.", joined(nothing_lost)));
     }
     table.note =
-        "Largest increase of residual penetration: on the scene where the worst tick is deeper by most; negative: less "
-        "deep on every scene. "
-        "Most "
-        "force changed: on the scene where the largest force differs most, more or less. Moving alike: bit by bit, so "
-        "that detection errors change nothing there. Near pairs are those within the query distance that the contact "
-        "generator asks "
-        "for; n/a: it "
-        "works from pairs that meet, or the study judges no pairs of this row.";
+        "Largest increase of residual penetration: on the scene where the worst tick is deeper by most; negative: "
+        "less deep on every scene. Most force changed: on the scene where the largest force differs most, more or "
+        "less. Moving alike: bit by bit, so that detection errors change nothing there. Near pairs are those within "
+        "the query distance that the contact generator asks for; n/a: it works from pairs that meet, or the study "
+        "judges no pairs of this row.";
     draft.add(std::move(table));
     draft.add(by_scene(losses));
 }

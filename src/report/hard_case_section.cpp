@@ -293,13 +293,10 @@ void add_hard_cases(Draft& draft) {
     draft.heading(2, "Hard cases");
     draft.paragraph(
         "Each method on every case, in a process of its own. ok = the right answer; FN, FP = false negatives, false "
-        "positives: pairs (of a family: "
-        "triangle pairs in it) that were not reported or are not there; NaN = the outcome not_finite, or a contact of "
-        "the "
-        "library's own that is no number; throw, crash, time-out, unstable = how the run ended; not reported = a frame "
-        "that is no number, or a step beyond the limit, went unnoticed. Where a bound is broken, the figure is "
-        "reported. "
-        "No right answer comes from a method.");
+        "positives: pairs (of a family: triangle pairs in it) that were not reported or are not there; NaN = the "
+        "outcome not_finite, or a contact of the library's own that is no number; throw, crash, time-out, unstable = "
+        "how the run ended; not reported = a frame that is no number, or a step beyond the limit, went unnoticed. "
+        "Where a bound is broken, the figure is reported. No right answer comes from a method.");
     draft.add(table_of(meshes, "Detectors on meshes", "case"));
     draft.add(table_of(families, "Detectors on families of hard triangle pairs, truth from the files", "family"));
     Table moving = table_of(scenes, "Responses on scenes", "case");

@@ -262,9 +262,8 @@ Table force_ends_table(const std::vector<Chart>& charts) {
         "Two laws, two rankings: a response with springs as soft as the scene's k belongs beside the reference of "
         "equal k, one that holds surfaces apart beside hard contact; against the other law the difference of the laws "
         "counts as error. ≤: within the reference's own bound, where errors cannot be distinguished; the fastest of "
-        "these "
-        "stands here. not ranked: no reference, or all errors within its bound. Where the knob turns k, the reference "
-        "of equal k is solved anew for each value, and every point is held against that of its own.";
+        "these stands here. not ranked: no reference, or all errors within its bound. Where the knob turns k, the "
+        "reference of equal k is solved anew for each value, and every point is held against that of its own.";
     for (const Chart& chart : charts) {
         if (chart.replay) continue;
         const Ends ends = ends_of(chart);
@@ -407,11 +406,10 @@ void add_work_precision(Draft& draft) {
     draft.paragraph(
         "One connected curve per method, by turning one knob: time to compute one simulated millisecond against "
         "residual penetration and, where the scene has a reference, against the error of the force. † : another point "
-        "of the "
-        "same chart is at least as fast and as good, and better in one of the two (in time beyond the noise floor, "
-        "where several processes show one; in force beyond the reference's bound); grey: so in every error that ranks. "
-        "The dashed line is the front of the points without †; to the right of 1 ms no haptic loop can follow. A point "
-        "that failed has no place on a curve and stays in the table.");
+        "of the same chart is at least as fast and as good, and better in one of the two (in time beyond the noise "
+        "floor, where several processes show one; in force beyond the reference's bound); grey: so in every error "
+        "that ranks. The dashed line is the front of the points without †; to the right of 1 ms no haptic loop can "
+        "follow. A point that failed has no place on a curve and stays in the table.");
     draft.add(ends_table(charts));
     draft.add(force_ends_table(charts));
     int number = 0;

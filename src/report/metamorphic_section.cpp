@@ -120,12 +120,11 @@ void add_metamorphic(Draft& draft) {
     table.note = fmt::format(
         "yes = the same answer bit by bit; \"yes, to\" = up to rounding (at most {:g} mm and {:g} N over the whole "
         "run), reported with how far off; no = reported with how far off: pairs that are in one of two answers only, "
-        "or the "
-        "largest distance of a vertex and the largest difference of a load. Detectors: sets of pairs on about 20 "
-        "frames of each scene; triangles, their corners and the vertices of each body in a random order, all bodies in "
-        "the opposite order, every pair of bodies alone in both orders, coordinates on a grid on which the shift by "
-        "(16, -8, 4) m and the factor 1000 are exact. Responses: the whole closed loop on the contacts of one "
-        "detector; bodies of one kind in the opposite order (n/a: there are not two of a kind, or no such pair is "
+        "or the largest distance of a vertex and the largest difference of a load. Detectors: sets of pairs on about "
+        "20 frames of each scene; triangles, their corners and the vertices of each body in a random order, all "
+        "bodies in the opposite order, every pair of bodies alone in both orders, coordinates on a grid on which the "
+        "shift by (16, -8, 4) m and the factor 1000 are exact. Responses: the whole closed loop on the contacts of "
+        "one detector; bodies of one kind in the opposite order (n/a: there are not two of a kind, or no such pair is "
         "tested), the same shift, lengths read from a file in millimetres, which rounds them once.",
         rounding_m * mm, rounding_n);
     draft.add(std::move(table));

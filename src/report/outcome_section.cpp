@@ -161,9 +161,9 @@ Table settled_matrix(const Draft& draft) {
     }
     table.note =
         "The worst over the detectors of the study, controls left out. Cleared: at most 0.1 mm on every judged tick "
-        "from 200 ms after the "
-        "last key on; in brackets the largest residual penetration before. A scene that hard contact itself does not "
-        "clear within the strain limit ends well only with a rupture reported. Runs that end before are left out.";
+        "from 200 ms after the last key on; in brackets the largest residual penetration before. A scene that hard "
+        "contact itself does not clear within the strain limit ends well only with a rupture reported. Runs that end "
+        "before are left out.";
     return table;
 }
 
@@ -236,9 +236,8 @@ void add_outcome(Draft& draft) {
         });
     signal.note =
         "Before any filter. Momentum error: largest momentum at any time that the audit of tissue and operators does "
-        "not "
-        "account for, over the summed impulses. Energy error: the same of energy, over all energy entered; n/a where "
-        "nothing yields.";
+        "not account for, over the summed impulses. Energy error: the same of energy, over all energy entered; n/a "
+        "where nothing yields.";
     draft.add(std::move(signal));
     draft.add(settled_matrix(draft));
     draft.add(settled_table(draft));

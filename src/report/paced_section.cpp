@@ -117,9 +117,9 @@ Table paced_table(const Draft& draft) {
         "A tick that ends after the next one's release is a miss, and the next one starts late: its time counts from "
         "its own release, so that no lateness is left out. The empty loop of the same length runs at the same time in "
         "a thread of its own and is not prolonged where the other falls behind: what it shows is the machine's beside "
-        "that work. A ratio holds a whole tick, without waiting, against "
-        "what the reference takes to update and detect on the same scene with the same response and stepper. n too "
-        "small: p99 needs 1000 ticks, p99.9 a hundred thousand.";
+        "that work. A ratio holds a whole tick, without waiting, against what the reference takes to update and "
+        "detect on the same scene with the same response and stepper. n too small: p99 needs 1000 ticks, p99.9 a "
+        "hundred thousand.";
     return table;
 }
 

@@ -14,8 +14,7 @@ namespace {
 
 constexpr const char* thesis_named =
     "`thesis` is what Jitesh Butala describes in \"Collision Response for Virtual Laparoscopic Surgery\", M.S. thesis "
-    "in "
-    "Electrical Engineering, The University of Texas at Arlington, August 2005";
+    "in Electrical Engineering, The University of Texas at Arlington, August 2005";
 
 bool names_thesis(const Draft& draft) {
     return std::any_of(draft.records.begin(), draft.records.end(),

@@ -21,8 +21,7 @@ std::string compliance_note(const Draft& draft) {
     return fmt::format(
         " On {} nothing but the contact gives way: there the residual penetration is the scene's own compliance, the "
         "force of the operator over the scene's k, which the reference of equal k has too; it is no error (the way "
-        "from "
-        "that reference is), and a method that leaves less is stiffer than the scene says.",
+        "from that reference is), and a method that leaves less is stiffer than the scene says.",
         joined(scenes));
 }
 
@@ -68,23 +67,18 @@ std::string judged_note(const Draft& draft) {
 
 std::string verdict_note(const Draft& draft) {
     return "Error over scenes: the geometric mean of the residual penetrations at worst, each at least 1 µm; in I2I "
-           "and I2R of "
-           "the largest distance from the reference of equal stiffness. Grey: another row is at least as fast and has "
-           "as "
-           "small an error over scenes, and is better in one of the two. Times are geometric means over the scenes of "
-           "the medians (p50) and 99 % values (p99) of a tick; a row that failed on a scene has none. Residual "
-           "penetration: median over scenes / worst of all. Tears: ruptures reported, summed over the scenes; a depth "
-           "in "
-           "torn tissue counts like any other. Force errors: worst over the scenes whose reference can report; ≤: all "
-           "lie within the references' own bound. " +
+           "and I2R of the largest distance from the reference of equal stiffness. Grey: another row is at least as "
+           "fast and has as small an error over scenes, and is better in one of the two. Times are geometric means "
+           "over the scenes of the medians (p50) and 99 % values (p99) of a tick; a row that failed on a scene has "
+           "none. Residual penetration: median over scenes / worst of all. Tears: ruptures reported, summed over the "
+           "scenes; a depth in torn tissue counts like any other. Force errors: worst over the scenes whose reference "
+           "can report; ≤: all lie within the references' own bound. " +
            draft.interval_note(draft.mode) +
            fmt::format(
                " Ratio: median tick over that of {} with the same response and contact generator (of native contacts: "
                "with intersection ones), process by process; {}. Moving alike: the same motion and forces on every "
-               "scene, "
-               "bit "
-               "by bit; such rows stand once, with the tick p50 / p99 of each that is named. n/a = does not apply; "
-               "\"no reference\" = no reference solution in this study.",
+               "scene, bit by bit; such rows stand once, with the tick p50 / p99 of each that is named. n/a = does "
+               "not apply; \"no reference\" = no reference solution in this study.",
                code(draft.reference),
                std::isnan(draft.results.noise_floor())
                    ? "with one process per method the noise of the machine is not known, and ratios near 1 say "

@@ -63,9 +63,7 @@ std::string why_operator_unstable(const Scene& scene, const StepCheck& check, co
     if (scene.has_tissue() && needed <= most_substeps) remedy += fmt::format(", {:.0f} sub-steps", needed);
     return fmt::format(
         "the operator on {} ({:g} kg, {:g} N/m, {:g} N s/m) is unstable at steps of {}, its limit is {}: {} or a "
-        "shorter "
-        "dt "
-        "would do",
+        "shorter dt would do",
         scene.topology.bodies[at(coupling.body)].name, model.mass, model.coupling_stiffness,
         model.damping + model.coupling_damping, milliseconds(scene.dt / check.substeps),
         milliseconds(coupling.stable_step), remedy);

@@ -166,8 +166,7 @@ TEST(BenchReport, RowsWithinQueryDistanceStandBesideTheirsForMeetingPairs) {
     EXPECT_NE(text.find("| `ohc` | 100 | 200 | 2.00 [2.00, 2.00] | 6.00 [6.00, 6.00] | n/a |"), std::string::npos)
         << text;
     EXPECT_NE(text.find("Reach 0.300 mm; 200 true pairs meet, 395 more are within the query distance. Not asked within "
-                        "the query distance, which "
-                        "they cannot: `fcl_bvh`."),
+                        "the query distance, which they cannot: `fcl_bvh`."),
               std::string::npos)
         << text;
 }

@@ -248,8 +248,7 @@ std::string action_is_reaction(const ResponseMethod& who) {
         if (arm > most_arm)
             failure += fmt::format(
                 "action and reaction {:g} m beside each other ({}; remedy: react at the pushed point - gap * normal, "
-                "or "
-                "on tissue at the weights of its projection on the face's plane); ",
+                "or on tissue at the weights of its projection on the face's plane); ",
                 arm, place);
         if (wrench_off > 1e-9 * wrench_all)
             failure += fmt::format("wrenches sum to {:g} of {:g}; ", wrench_off, wrench_all);

@@ -44,9 +44,7 @@ TEST(PageOne, TheSentenceSetsTheNamedResponseAgainstTheBestOther) {
     const Draft draft(records);
     EXPECT_EQ(response_sentence(draft, response_rows(draft)),
               "Over 2 tissue scenes `unilateral` left 0.500 mm at worst, the best other response, `baseline`, 2.00 mm "
-              "at 2.00 "
-              "times the "
-              "time; 1 of 6 runs failed.");
+              "at 2.00 times the time; 1 of 6 runs failed.");
 }
 
 TEST(PageOne, AStudyThatNamesNobodySetsItsRowsAgainstEachOther) {
@@ -83,8 +81,7 @@ TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
     EXPECT_EQ(table.rows.at(2).cells.back(), "1 of 2");
     EXPECT_EQ(table.rows.at(0).command,
               "for scene in a.json b.json; do trocar run $scene --detector mine --response unilateral --contacts "
-              "intersection "
-              "--ticks 1110; done");
+              "intersection --ticks 1110; done");
 }
 
 TEST(PageOne, ASceneThatAResponseDidNotRunOnIsReported) {

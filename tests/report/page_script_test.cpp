@@ -62,8 +62,7 @@ TEST(PageScript, SortsFiltersAndShowsCommands) {
         document.title = out.join("; ");)");
     EXPECT_EQ(title,
               "r11 (intersection); r2 (intersection); r11 (intersection); trocar run poke.json --detector mine "
-              "--response r11 "
-              "--contacts intersection --ticks 1110; 0; 1");
+              "--response r11 --contacts intersection --ticks 1110; 0; 1");
 }
 
 TEST(PageScript, EveryChartHasADescriptionThatTheScriptBesideThePageDraws) {
