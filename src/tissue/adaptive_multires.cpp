@@ -1,6 +1,5 @@
 // Stepper `adaptive_multires`: linearly implicit Euler on an active set around the contacts at full rate. Outside it, a
-// hierarchy of a few hundred nodes of equal stiffness is solved and interpolated. A slice of the interpolated vertices
-// is updated per tick.
+// hierarchy of a few hundred nodes is solved and interpolated; its vertices are updated in slices.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -37,8 +36,8 @@ public:
         // Displacement falls with the logarithm of the distance and is linear between nodes. The error in its stiffness
         // thus falls with the square of distance over spacing; measured on sheets (METHODS §4).
         : settings_(settings), rings_(static_cast<int>(std::ceil(2.3 * std::sqrt(0.042 / settings.error)))) {
-        // Rounding up to whole rings leaves an error of the bound to the power 3/2, which bounds the tolerance of a
-        // step.
+        // Rounding up to whole rings leaves a margin that falls with the bound to the power 3/2; a step's residual fits
+        // it.
         settings_.tolerance = std::min(settings.tolerance, 2.0 * std::pow(settings.error, 1.5));
     }
 
@@ -247,8 +246,8 @@ private:
         }
     }
 
-    /// Activates the nodes within a number of rings of the seeds, level by level. Interpolates nodes that were outside
-    /// for long.
+    /// Activates the nodes within rings around the seeds, level by level. Interpolates nodes that were outside for
+    /// long.
     void choose_region() {
         constexpr std::int64_t seldom = 4;
         if (is_filled_ && tick_ % seldom != 0) return;

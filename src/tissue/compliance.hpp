@@ -69,7 +69,7 @@ private:
     ReachedTissue tissue_;
     std::vector<Index> number_;        ///< per vertex of the state: index in `vertices` or -1
     std::vector<std::uint8_t> is_in_;  ///< per spring
-    std::size_t used_ = 0;             ///< vertices whose vectors may be nonzero
+    std::size_t used_ = 0;             ///< number of vertices whose vectors may be nonzero
 };
 
 }  // namespace trocar

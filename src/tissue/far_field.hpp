@@ -28,8 +28,8 @@ public:
     [[nodiscard]] double stretch() const { return std::max(stretch_, last_stretch_); }
 
 private:
-    /// Progress of the passes over the vertices that a node moves. A vertex or node belongs to the parent with the
-    /// largest weight. The vertices of a node are contiguous in `order_`.
+    /// Progress of the passes over the vertices that a node moves. Each vertex belongs to the parent with the largest
+    /// weight, a free one first. The vertices of a node are contiguous in `order_`.
     struct Holding {
         std::uint32_t first = 0;  ///< into `order_`
         std::uint32_t end = 0;

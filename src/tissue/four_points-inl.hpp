@@ -16,7 +16,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
-/// The four numbers of a vertex.
 template <typename Number>
 HWY_INLINE const double* column(const Matrix4X& matrix, Number vertex) {
     return matrix.data() + 4 * static_cast<std::ptrdiff_t>(vertex);

@@ -17,7 +17,7 @@ public:
     /// Sets the momentum change (N s) of each piece from the system's right side; `add` adds impulses of contacts.
     void begin(const SpringSystem& system, const TissueState& state);
     void add(Index local, const Vector3& impulse);
-    /// Shifts the velocity of each piece, so that its momentum since `start` (m/s, 4 × vertices) changes by that.
+    /// Shifts each piece's velocity so that its momentum has changed by that since `start` (m/s, 4 × vertices).
     void close(const SpringSystem& system, const Matrix4X& start, TissueState& state);
 
 private:

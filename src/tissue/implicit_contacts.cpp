@@ -234,8 +234,8 @@ void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) 
     }
 }
 
-/// Solves for the forces of the active contacts: f / c + h W f = F(r) / c, with c the slope of the law F and all else
-/// fixed. Returns false if the matrix is not positive definite or a force is not finite.
+/// Solves f / c + h W f = F(r) / c for the forces of the active contacts; c is the slope of the law F. Returns false if
+/// the matrix is not positive definite or a force is not finite.
 bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts) {
     answer_to(0, contacts.size(), [&](std::size_t c) { return contacts[c].on; });
     on_.clear();

@@ -41,7 +41,7 @@ private:
         int iterations = 0;
     };
     void list_rows(const TissueState& state, TickContacts& contacts);
-    /// Computes the missing columns of `answer_` of the wanted rows from `first` to before `last`.
+    /// Computes missing columns of `answer_` for the wanted rows in [first, last).
     template <typename Wanted>
     void answer_to(std::size_t first, std::size_t last, const Wanted& wanted);
     void find_columns();

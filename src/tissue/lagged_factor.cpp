@@ -105,8 +105,7 @@ void LaggedFactor::Factorization::order(const std::vector<Entry>& couplings, std
     }
 }
 
-/// Lays out the sparse matrix by columns: three entries of each block, then the upper triangle of the vertex's own
-/// block.
+/// Lays out the sparse matrix by columns: three entries of each block, then the upper triangle of the own block.
 void LaggedFactor::Factorization::lay_out() {
     const auto size = static_cast<Eigen::Index>(3 * vertex_.size());
     matrix_.resize(size, size);

@@ -13,8 +13,7 @@
 
 namespace trocar {
 
-/// Block sparsity of L, the same for every system of a tissue. A place is the index of a vertex in the elimination
-/// order.
+/// Block sparsity of L, the same for all systems of a tissue. A place is a vertex's index in the elimination order.
 struct FactorPattern {
     std::vector<Index> vertex;             ///< per place: free vertex of the state
     std::vector<std::size_t> first_block;  ///< per place + 1: first block of its columns

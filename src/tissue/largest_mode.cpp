@@ -49,8 +49,7 @@ LargestMode largest_mode(const Materials& materials, const Matrix3X& position) {
         }
         const double length = next.norm();
         const bool last = j + 1 == limit || length <= 1e-14 * std::abs(alpha.front());
-        // The cost of this eigenproblem grows with the third power of the number of vectors, so large ones are tested
-        // less often.
+        // The cost of this problem grows with the cube of the vectors, so large ones are tested less often.
         const Eigen::Index between = j < 128 ? 8 : 64;
         if (last || j % between == between - 1) {
             Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;

@@ -29,7 +29,7 @@ void list_edges(RegionLevel& level) {
     }
 }
 
-/// Nodes within a ball that edges connect to its centre without leaving the ball.
+/// Nodes connected to the centre of a ball by edges within the ball.
 class Walk {
 public:
     explicit Walk(const RegionLevel& level) : level_(&level), seen_(level.size(), 0) {}
@@ -59,10 +59,9 @@ private:
     std::int64_t walk_ = 0;
 };
 
-/// Chooses three of the candidates (squared distance, node) with weights of sum 1 that reproduce linear fields.
-/// Considers the triangles around the node in projection along the candidates' normal. Takes the one of least weighted
-/// squared distance, the Delaunay triangle. Without a triangle, takes the nearest point of an edge between two
-/// candidates.
+/// Chooses three of the candidates (squared distance, node) with weights of sum 1 that reproduce linear fields. They
+/// form the triangle around the node, seen along the candidates' normal, of least weighted squared distance (Delaunay).
+/// Without a triangle, takes the nearest point of an edge between two candidates.
 void share_out(const RegionLevel& coarse, const Vector3& place, std::span<const std::pair<double, Index>> candidates,
                std::array<Index, 3>& parent, std::array<double, 3>& weight) {
     parent.fill(candidates.front().second);

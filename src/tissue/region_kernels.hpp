@@ -1,5 +1,4 @@
-// Inner loops of conjugate gradients on a region, once per instruction set. Vectors have four numbers per node; the
-// last is 0.
+// Inner loops of conjugate gradients on a region, per instruction set. Vectors have four numbers per node, the last 0.
 #pragma once
 
 #include <array>

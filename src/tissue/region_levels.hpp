@@ -1,8 +1,8 @@
 // Tissue as a hierarchy of nodes, for a stepper that integrates only the surroundings of the tools at full rate. Level
 // 0 holds the vertices; a node of a higher level represents the nodes around it. An interpolated node moves linearly
 // with three nodes of the next level. Stiffness and damping of the interpolated part are projected on the next level
-// (Galerkin); mass and drag are lumped. A far field of a few hundred nodes is thus as stiff as its vertices. The force
-// of an interpolated spring is exact at its last examination and linear since.
+// (Galerkin); mass and drag are lumped. A few hundred nodes are thus as stiff as the vertices that they replace. The
+// force of an interpolated spring is exact at its last examination and linear since.
 #pragma once
 
 #include <array>
@@ -40,8 +40,7 @@ inline void add_scaled(double factor, const SymmetricBlock& more, SymmetricBlock
 }
 
 struct RegionLevel {
-    // Edges, with the blocks of the interpolated part below. At level 0 they are springs, and the blocks are not
-    // stored.
+    // Edges, with the blocks of the interpolated part below. At level 0: springs, blocks not stored.
     std::vector<Index> i, j;
     std::vector<SymmetricBlock> stiffness;  ///< N/m
     std::vector<SymmetricBlock> damping;    ///< N s/m
@@ -111,7 +110,7 @@ public:
     RegionTissue(MovingTissue& tissue, WrittenVertices& written, BodyBoxes& boxes, const Topology& topology,
                  const Matrix3X& rest, std::size_t fewest);
 
-    /// Makes every node interpolated, at the positions of the state and at rest.
+    /// Makes every node below the last level interpolated and at rest, at the positions of the state.
     void start();
     /// Begins a new moment: interpolated nodes are no longer up to date.
     void next_moment() {
@@ -122,7 +121,7 @@ public:
     }
     /// Number of vertices updated in this moment.
     [[nodiscard]] std::size_t put() const { return put_; }
-    /// m, bound on the displacement since the last call of interpolated vertices that may have met another body.
+    /// m, bound on the displacement of interpolated vertices that may have met another body, since the last call.
     double take_path();
     /// m, the larger of `path` and the displacement of the vertex from `from`. The latter counts only if the vertex may
     /// have met another body.
@@ -133,16 +132,14 @@ public:
     void refresh(std::size_t level, Index node);
     /// Writes the current positions and velocities of all interpolated vertices to a frame. The object does not change.
     void complete(Frame& frame) const;
-    /// Neither changes a position. `interpolate` restricts the node's excess momentum to the nodes that move it
-    /// afterwards.
+    /// Neither changes a position. `interpolate` restricts the node's excess momentum to its parents.
     void activate(std::size_t level, Index node);
     void interpolate(std::size_t level, Index node);
     /// Examines an interpolated vertex: linearises its springs and takes one over-relaxation step towards equilibrium.
     /// This removes deformation that the nodes of the next level cannot represent. Returns the largest ratio of length
     /// to rest length of its springs. Call `report_pulls` after the last vertex of a relaxation sweep.
     double relax(Index vertex);
-    /// Restricts the changed forces of interpolated springs to the levels above, once for all springs, because
-    /// neighbours act on the same few nodes.
+    /// Restricts changed forces of interpolated springs, once for all, because neighbours act on the same few nodes.
     void report_pulls();
 
     [[nodiscard]] std::vector<RegionLevel>& levels() { return levels_; }

@@ -40,8 +40,7 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     for (int round = 0; round < most_rounds; ++round) {
         take_rows(h, contacts);
         // The pressing contacts are found first among the vertices, where an iteration costs a third. Coarser nodes
-        // hardly affect them. This requires that the coarser nodes have not changed yet, because that search ignores
-        // them.
+        // hardly affect them, but must not have changed yet, because that search ignores them.
         if (round == 0 && vertices_.nodes > 0) find_change(h, vertices_, tolerance, iterations, contacts);
         find_change(h, everything_, tolerance, iterations, contacts);
         show_velocities();
@@ -202,8 +201,7 @@ void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
         for (std::size_t i = 0; i < at(contact.count); ++i) {
             const double square = contact.weight[i] * contact.weight[i];
             Matrix3& block = near_block_[at(contacts.spot(contact.vertex[i]))];
-            // A contact on one vertex goes into its block. Up to `most_coupled` contacts on several vertices are added
-            // by `couple`.
+            // Up to `most_coupled` contacts on several vertices are added by `couple`; all others go into the blocks.
             const double press = row.couples ? 0.0 : row.press;
             block += square * (press - rub) * contact.normal * contact.normal.transpose();
             block -= square * rub * row.slide * row.slide.transpose();
@@ -461,8 +459,8 @@ void RegionSystem::go_along(double h, const Part& part, const TickContacts& cont
     couple(contacts);
 }
 
-/// Corrects the momentum of free pieces for the residual of the iterations. Skips a piece with a vertex that is held
-/// for the tick, because its holder takes momentum.
+/// Corrects the momentum of free pieces for the residual of the iterations. Skips pieces with a vertex held for the
+/// tick.
 void RegionSystem::close_momentum() {
     if (piece_inertia_.empty()) return;
     left_.setZero();

@@ -87,7 +87,7 @@ private:
         double start_rate = 0.0;   ///< m/s, at the start of a line search
         double start_force = 0.0;  ///< N, at `start_rate`
         double now = 0.0;          ///< N, at `rate`
-        double press = 0.0;        ///< kg, along the normal, in the preconditioner and during a line search
+        double press = 0.0;        ///< kg, along the normal, in the preconditioner and in `descend`
         bool couples = false;      ///< acts on several vertices and is part of `couple`
         double square = 0.0;       ///< kg m²/s² per N², of its force in the residual norm without contacts
         // The tangential force is -stretched - slope held(speed after the step).

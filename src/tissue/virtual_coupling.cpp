@@ -66,8 +66,8 @@ double VirtualCouplings::rate(const Row& row, const Eigen::VectorXd& velocity) c
     return sum + row.offset;
 }
 
-/// Solves (M + h Σ c Jᵀ J) v' = M v_free + h Σ F(offset) Jᵀ, with c the slope of the law F. J is n on the pushed
-/// operator and −n on the other. Repeats without contacts that would pull and with open ones that would press.
+/// Solves (M + h Σ c Jᵀ J) v' = M v_free + h Σ F(offset) Jᵀ; c is the slope of the law. J is n on the pushed operator
+/// and −n on the other. Repeats without contacts that would pull and with open ones that would press.
 void VirtualCouplings::solve(double h, std::span<const DrivenOperator> operators) {
     velocity_ = free_;
     constexpr int most_changes = 8;
