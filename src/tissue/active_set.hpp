@@ -1,5 +1,5 @@
-// Which contacts of a step are on, and which of these are at their limit: a search over guesses that are each solved
-// exactly. How they are solved is the stepper's.
+// Active-set search for the contacts of a step: which act, and which of them are at their force limit. The caller
+// solves each guess exactly.
 #pragma once
 
 #include <span>
@@ -8,7 +8,7 @@
 
 namespace trocar {
 
-/// A contact whose law says `force` and that presses or pulls more than it may.
+/// True if an active contact with this `force` (N) of its law exceeds its limit in a direction in which it can act.
 inline bool reaches_limit(const TickContact& contact, double force) {
     const bool pulls = contact.bilateral || contact.adhesive;
     return contact.on && !contact.capped && (force > contact.limit || (pulls && force < -contact.limit));
@@ -18,15 +18,15 @@ inline bool leaves_limit(const TickContact& contact, double force) {
     return contact.force >= 0.0 ? force < contact.limit : force > -contact.limit;
 }
 
-/// Backward Euler of all contacts over a step of h (s): a contact that is on gives what its StepLaw says of its rate
-/// (m/s) after the step, and none but a bilateral or adhesive one pulls. `solved()` solves for the flags `on` and
-/// `capped` as they are and says whether it could; `rate_of(contact)` is then its rate (m/s). False where a guess
-/// cannot be solved, which makes further guesses worthless, or where none settles; forces are N.
+/// Active-set method for backward Euler of all contacts over a step of h (s). An active contact exerts the force of its
+/// StepLaw at the rate (m/s) after the step. Only bilateral and adhesive contacts pull. `solved()` solves for the
+/// current flags `on` and `capped` and returns false if it cannot. `rate_of(contact)` then returns the contact's rate
+/// (m/s). Sets `force` (N). Returns false if a guess cannot be solved or the search does not settle.
 template <typename Solved, typename RateOf>
 bool find_active(std::span<TickContact> contacts, double h, const Solved& solved, const RateOf& rate_of) {
     constexpr int most_changes = 60;
-    // All that have to change at once settle most steps in a few rounds. Where many contacts share few vertices that
-    // may go round in circles; one at a time, always the first, cannot (Murty 1974, least index).
+    // Simultaneous changes settle most steps in a few rounds. They may cycle where many contacts share few vertices.
+    // One change at a time, always the first, cannot cycle (Murty 1974, least index).
     constexpr int rounds_at_once = 8;
     for (int change = 0; change < most_changes; ++change) {
         if (!solved()) return false;

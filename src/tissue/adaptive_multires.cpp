@@ -1,6 +1,5 @@
-// The stepper `adaptive_multires`: linearly implicit Euler of the part of the tissue that matters to what touches it,
-// at full rate; what is far moves as a few hundred nodes do that are as stiff, and is followed vertex by vertex in
-// slices.
+// Stepper `adaptive_multires`: linearly implicit Euler on an active set around the contacts at full rate. Outside it, a
+// hierarchy of a few hundred nodes is solved and interpolated; its vertices are updated in slices.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -34,10 +33,11 @@ struct AdaptiveMultiresSettings {
 class AdaptiveMultiresStepper final : public Stepper {
 public:
     explicit AdaptiveMultiresStepper(const AdaptiveMultiresSettings& settings)
-        // A field that falls with the logarithm of the distance, linear between nodes: the error in its stiffness falls
-        // with the square of the distance over their spacing; measured on sheets (METHODS §4).
+        // Displacement falls with the logarithm of the distance and is linear between nodes. The error in its stiffness
+        // thus falls with the square of distance over spacing; measured on sheets (METHODS §4).
         : settings_(settings), rings_(static_cast<int>(std::ceil(2.3 * std::sqrt(0.042 / settings.error)))) {
-        // What whole rings leave of the bound falls with its power 3/2; what a step leaves open stays within that.
+        // Rounding up to whole rings leaves a margin that falls with the bound to the power 3/2; a step's residual fits
+        // it.
         settings_.tolerance = std::min(settings.tolerance, 2.0 * std::pow(settings.error, 1.5));
     }
 
@@ -73,7 +73,7 @@ public:
 
     [[nodiscard]] StepEstimate estimate(const Topology& /*topology*/, const Materials& materials,
                                         const Matrix3X& /*position*/, double /*dt*/, bool /*closely*/) const override {
-        StepEstimate estimate;  // bears any step
+        StepEstimate estimate;  // no step limit
         estimate.springs = static_cast<std::int64_t>(materials.springs.size());
         return estimate;
     }
@@ -102,7 +102,7 @@ public:
         const bool known = output.contact_timing != ContactTiming::implicit;
         contacts_->begin_substep(state);
         system_->prepare(dt);
-        // What sleeps and what is awake stand where the tick began until `move`: they may go on side by side.
+        // Both parts read only the state at the start of the tick until `move`, so they may run in parallel.
         const std::size_t slice = state.size() / settings_.slices;
         const std::size_t relaxations = std::min(settings_.relaxations, slice);
         const auto follow = [&] { far_field_->follow(relaxations, slice - relaxations); };
@@ -115,7 +115,7 @@ public:
         }
         double furthest = system_->move(dt);
         furthest += contacts_->shift(*tissue_);
-        ++tick_;  // also after one that fails: what has been walked over in it is not what the next one meets
+        ++tick_;  // also after a failed tick, because its search marks must not match those of the next
         if (!contacts_->all().empty()) contacts_->finish_substep(dt, 1, state);
         Outcome outcome = tissue_->check(std::isfinite(furthest), furthest, output, from);
         if (outcome.ok()) limit_strain();
@@ -149,14 +149,14 @@ public:
 
 private:
     static constexpr std::int64_t never = -1'000'000;
-    /// What walks along the edges of a level to the nodes around the seeds need.
+    /// Buffers of a search along the edges of a level, from the nodes of the seeds.
     struct Search {
         std::vector<Index> queue;
         std::vector<std::int64_t> marked;  ///< tick in which a node was last in the region
-        std::vector<std::int64_t> walk;    ///< tick of the last walk that met it
+        std::vector<std::int64_t> walk;    ///< tick of the last search that met it
     };
 
-    /// The levels lie where the first frame has the tissue.
+    /// Builds the levels at the positions of the first frame.
     void build(const Frame& from) {
         tissue_->take_over(nothing_, from);
         constexpr std::size_t fewest = 300;
@@ -177,7 +177,7 @@ private:
         is_late_.reserve(tissue_->state().size());
     }
 
-    /// The frame holds what this stepper has written last.
+    /// True if the frame holds the last result of this stepper.
     [[nodiscard]] bool is_ours(const Frame& frame) const {
         const TissueState& state = tissue_->state();
         std::uint64_t differ = 0;
@@ -194,7 +194,7 @@ private:
         return differ == 0;
     }
 
-    /// From a frame of others: all sleeps but what moves in it.
+    /// Restarts from a foreign frame: every vertex without velocity is interpolated.
     void begin_anew(const Frame& from) {
         const TissueState& state = tissue_->state();
         region_->start();
@@ -210,7 +210,7 @@ private:
         is_known_ = true;
     }
 
-    /// Vertices that contacts, position corrections and held forces act on; they are awake from now on.
+    /// Collects the vertices on which contacts, position corrections and held forces act, and activates them.
     void gather_seeds(const ResponseOutput& output) {
         TissueState& state = tissue_->state();
         seeds_.clear();
@@ -239,14 +239,15 @@ private:
             take(position_correction.vertex);
             state.position.col(local).head<3>() = position_correction.position;
             state.velocity.col(local).head<3>() = position_correction.velocity;
-            late_[at(local)].setZero();  // it stands where it has been put, and contacts are reported for the frame
+            late_[at(local)].setZero();  // the correction sets the position, and contacts refer to the frame
         }
         for (Index v = 0; tissue_->is_pushed() && v < output.held_force.cols(); ++v) {
             if (!output.held_force.col(v).isZero(0.0)) take(v);
         }
     }
 
-    /// Wakes what lies within so many rings of the seeds, level by level, and lets sleep what has long lain beyond.
+    /// Activates the nodes within rings around the seeds, level by level. Interpolates nodes that were outside for
+    /// long.
     void choose_region() {
         constexpr std::int64_t seldom = 4;
         if (is_filled_ && tick_ % seldom != 0) return;
@@ -258,7 +259,7 @@ private:
             if (level == 0) {
                 search.queue.assign(seeds_.begin(), seeds_.end());
             } else {
-                // The seeds of the level below lie in front of its queue.
+                // The seeds of the level below come first in its queue.
                 search.queue.clear();
                 for (std::size_t n = 0; n < seed_count_; ++n) {
                     const Index child = searches_[level - 1].queue[n];
@@ -297,7 +298,7 @@ private:
         }
     }
 
-    /// Vertices beyond the few around the contacts' own hardly add to the error; the levels that are wide do most.
+    /// Vertices beyond a few rings around the contacts hardly reduce the error; the coarse levels do most.
     [[nodiscard]] int rings_of(std::size_t level) const {
         if (level == 0) return (3 * rings_ + 4) / 5;
         return level == 1 ? rings_ : rings_ + 1;
@@ -319,7 +320,7 @@ private:
         }
     }
 
-    /// m, of the vertices that are awake and may have met another body on the way.
+    /// m, largest displacement of active vertices that may have met another body.
     [[nodiscard]] double longest_path(const Frame& from) {
         double longest = 0.0;
         for (const Index local : region_->levels()[0].active_nodes) {
@@ -328,7 +329,7 @@ private:
         return longest;
     }
 
-    /// Strain limit (METHODS §4) on what is awake, and the strain that is left.
+    /// Applies the strain limit (METHODS §4) to the active vertices and measures the remaining strain.
     void limit_strain() {
         TissueState& state = tissue_->state();
         const double longest = 1.0 + tissue_->materials().strain_limit;
@@ -342,7 +343,7 @@ private:
         limited_edges_ = 0;
         constexpr double rounding = 1e-12;
         if (near > longest * (1.0 - rounding)) {
-            // As on the whole tissue; what sleeps stays.
+            // As on the whole tissue, with interpolated vertices fixed.
             const std::vector<std::uint8_t>& active = region_->levels()[0].active;
             const auto gives = [&](Index local) {
                 return active[at(local)] != 0 ? state.inverse_mass[at(local)] : 0.0;
@@ -364,8 +365,8 @@ private:
     }
 
     AdaptiveMultiresSettings settings_;
-    int rings_;                       ///< around what the seeds of level 1 are
-    std::unique_ptr<Stepper> whole_;  ///< where a region would not pay
+    int rings_;                       ///< rings around the seeds of level 1
+    std::unique_ptr<Stepper> whole_;  ///< stepper of the whole tissue, if a region does not pay
     ResponseOutput nothing_;
     const Topology* topology_ = nullptr;
     std::optional<MovingTissue> tissue_;
@@ -376,14 +377,14 @@ private:
     std::optional<TickContacts> contacts_;
     std::vector<Search> searches_;  ///< per level
     std::vector<Index> seeds_;
-    std::vector<Vector3> late_;   ///< m, per vertex: how far it had been left behind when it woke in this tick
-    std::vector<Index> is_late_;  ///< those that had
+    std::vector<Vector3> late_;   ///< m, per vertex: its lag when it became active in this tick
+    std::vector<Index> is_late_;  ///< vertices with a lag
     std::size_t seed_count_ = 0;
     std::optional<WrittenVertices> written_;
     std::optional<SideThread> beside_;
     bool is_known_ = false;
-    bool is_trusted_ = false;  ///< frames are as this stepper has left them
-    bool has_moved_ = false;   ///< `written_` has what the last advance moved
+    bool is_trusted_ = false;  ///< frames are results of this stepper, unchanged
+    bool has_moved_ = false;   ///< `written_` holds the ranges that the last advance moved
     bool is_filled_ = true;
     std::int64_t tick_ = 0;
     double max_strain_ = 0.0;

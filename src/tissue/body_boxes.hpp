@@ -1,5 +1,5 @@
-// Where the bodies of a scene are, one box for each: whether a vertex of tissue that goes somewhere else can have met
-// any of them. A stepper that leaves the far field behind asks before it says how far the tissue has gone.
+// One bounding box per body, for a conservative test whether a moving tissue vertex may meet another body. A stepper
+// that updates the far field late uses it to bound the displacement that it reports.
 #pragma once
 
 #include <cstdint>
@@ -14,17 +14,16 @@ public:
     /// The topology outlives the object.
     explicit BodyBoxes(const Topology& topology);
 
-    /// All bodies as the frame has them.
+    /// Computes the boxes of all bodies from the frame.
     void start(const Frame& frame);
-    /// Bodies that are not tissue, as the frame has them, where it says that they may have moved.
+    /// Updates the boxes of bodies other than tissue that the frame lists as possibly moved.
     void follow(const Frame& frame);
-    /// Whether other tissue may meet that body's: then it has to be reported with `extend`.
+    /// True if the body is tested against tissue. Its vertices must then be reported with `extend`.
     [[nodiscard]] bool has_opposite_tissue(Index body) const { return has_opposite_tissue_[at(body)] != 0; }
-    /// Tissue of that body gets as far as this point (m).
+    /// Extends the box of the body to a point (m, world).
     void extend(Index body, const Vector3& point);
-    /// Whether the straight way from one point to the other comes within a distance (all m) of the box of a body that
-    /// is tested against that one; true where nothing is: who meets it is not in the topology. Boxes lie along the axes
-    /// of a body's own frame.
+    /// True if the box of the segment, grown by `distance` (all m), overlaps the box of an opposite body. Boxes are
+    /// axis-aligned in that body's frame. Also true if the topology lists no opposite body.
     [[nodiscard]] bool may_meet(Index body, const Vector3& from, const Vector3& to, double distance) const;
 
 private:
@@ -37,7 +36,7 @@ private:
 
     const Topology* topology_;
     std::vector<Place> places_;                      ///< per body
-    std::vector<std::vector<Index>> opposite_;       ///< per body: those that it is tested against
+    std::vector<std::vector<Index>> opposite_;       ///< per body: bodies that it is tested against
     std::vector<std::uint8_t> has_opposite_tissue_;  ///< per body
 };
 

@@ -18,7 +18,7 @@ namespace trocar::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 using Some = hn::CappedTag<double, compliance_lanes>;
 
-/// Where the numbers of one vertex begin: x, y and z, compliance_lanes of each.
+/// Offset of a vertex: x, y and z, compliance_lanes numbers each.
 HWY_INLINE std::size_t begin_of(std::size_t vertex) { return 3 * compliance_lanes * vertex; }
 
 HWY_INLINE void multiply_spring(const SpringSystem& system, std::uint32_t spring, std::size_t a, std::size_t b,
@@ -204,7 +204,7 @@ void Compliance::grow() {
     };
     for (std::size_t n = first; n < end; ++n) {
         const std::size_t v = at(tissue_.vertices[n]);
-        if (system_->inertia[v] == 0.0) continue;  // does not move: nothing passes it
+        if (system_->inertia[v] == 0.0) continue;  // fixed: transmits nothing
         for (std::uint32_t s = springs_->first_out[v]; s < springs_->first_out[v + 1]; ++s) take(s);
         for (std::uint32_t e = springs_->first_in[v]; e < springs_->first_in[v + 1]; ++e) take(springs_->in[e]);
     }
@@ -247,7 +247,7 @@ void Compliance::solve(double tolerance, int iterations) {
         const Lanes curvature = kernels_->multiply(*system_, inner, reached, tissue_.spring_end[ring], tissue_);
         Lanes step{};
         for (std::size_t lane = 0; lane < compliance_lanes; ++lane) {
-            // A lane that is done, or empty, stays as it is.
+            // A converged or empty lane does not change.
             if (rho[lane] > small[lane] && curvature[lane] > 0.0) step[lane] = rho[lane] / curvature[lane];
         }
         const Lanes next = kernels_->advance(*system_, step, inner, reached, tissue_);

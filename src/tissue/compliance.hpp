@@ -1,6 +1,6 @@
-// How tissue answers to pushes at a few of its vertices within one implicit step: columns of A⁻¹ (SpringSystem), found
-// by conjugate gradients for eight right sides at a time. A push has gone one ring of springs further with every
-// iteration, so that only the rings it has reached are worked on: the same numbers as on the whole tissue.
+// Compliance of the tissue within one implicit step: columns of A⁻¹ (SpringSystem) at a few vertices. Conjugate
+// gradients solves eight right sides at a time. Each iteration carries the impulses one ring of springs further, and
+// only the rings reached are processed. The result equals that on the whole tissue.
 #pragma once
 
 #include <array>
@@ -12,13 +12,13 @@
 
 namespace trocar {
 
-/// Right sides that are solved for together.
+/// Right sides solved together.
 inline constexpr std::size_t compliance_lanes = 8;
 /// One number per right side.
 using Lanes = std::array<double, compliance_lanes>;
 
-/// The part of the tissue that pushes have reached, ring by ring, and the vectors of the method on it: per vertex three
-/// coordinates of compliance_lanes numbers.
+/// Part of the tissue that the impulses have reached, ring by ring, with the vectors of conjugate gradients. Each
+/// vertex has x, y and z, compliance_lanes numbers each.
 struct ReachedTissue {
     std::vector<Index> vertices;                     ///< of the state
     std::vector<std::size_t> ring_end;               ///< into `vertices`, one per ring
@@ -29,11 +29,11 @@ struct ReachedTissue {
 };
 
 struct ComplianceKernels {
-    /// image = A direction for the first `reached` vertices, of which the first `inner` have a direction other than 0,
-    /// through the first `spring_count` springs; gives direction · image.
+    /// image = A direction for the first `reached` vertices through the first `spring_count` springs. The direction is
+    /// 0 beyond the first `inner` vertices. Returns direction · image.
     Lanes (*multiply)(const SpringSystem& system, std::size_t inner, std::size_t reached, std::size_t spring_count,
                       ReachedTissue& tissue);
-    /// A step of the solution along the direction, the residual after it; gives residual · preconditioned.
+    /// Steps the solution along the direction and updates both residuals. Returns residual · preconditioned.
     Lanes (*advance)(const SpringSystem& system, const Lanes& step, std::size_t inner, std::size_t reached,
                      ReachedTissue& tissue);
     /// direction = preconditioned + ratio direction.
@@ -41,23 +41,23 @@ struct ComplianceKernels {
     const char* target;  ///< name of the instruction set
 };
 
-/// One version per instruction set of this CPU, the best one first; all give the same bits.
+/// One version per instruction set of this CPU, best first; all give the same bits.
 const std::vector<ComplianceKernels>& compliance_kernels();
 
 class Compliance {
 public:
     Compliance(std::size_t spring_count, std::size_t vertex_count);
 
-    /// Starts over from these vertices of the state. The three stay as they are until the last solve.
+    /// Restarts from these vertices of the state. The arguments must not change before the last solve.
     void begin(const SpringArrays& springs, const SpringSystem& system, std::span<const Index> touched);
     /// Sets all right sides to zero.
     void clear();
-    /// Adds to a right side, N s, at a touched vertex given by its position among them.
+    /// Adds an impulse (N s) to the right side of a lane. `spot` is the index of the vertex in `touched`.
     void add(std::size_t lane, Index spot, const Vector3& impulse);
-    /// Solves for all lanes until every residual, measured by the preconditioner, is below `tolerance` of that of its
-    /// right side, for at most `iterations`.
+    /// Solves all lanes until each residual, in the norm of the preconditioner, is below `tolerance` times that of its
+    /// right side, or for `iterations`.
     void solve(double tolerance, int iterations);
-    /// m/s, how a lane's impulses change the velocity of a touched vertex.
+    /// m/s, velocity change of a touched vertex by the impulses of a lane.
     [[nodiscard]] Vector3 answer(std::size_t lane, Index spot) const;
 
 private:
@@ -67,9 +67,9 @@ private:
     const SpringArrays* springs_ = nullptr;
     const SpringSystem* system_ = nullptr;
     ReachedTissue tissue_;
-    std::vector<Index> number_;        ///< per vertex of the state: position in vertices or -1
+    std::vector<Index> number_;        ///< per vertex of the state: index in `vertices` or -1
     std::vector<std::uint8_t> is_in_;  ///< per spring
-    std::size_t used_ = 0;             ///< vertices that may hold numbers other than 0
+    std::size_t used_ = 0;             ///< number of vertices whose vectors may be nonzero
 };
 
 }  // namespace trocar

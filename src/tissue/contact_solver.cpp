@@ -39,7 +39,7 @@ void ContactSolver::push_held(double h, TissueState& state) {
     }
 }
 
-/// Right-hand side and diagonal blocks of solve_linear; the blocks are inverted.
+/// Right side and inverted diagonal blocks of solve_linear.
 void ContactSolver::assemble(double h, const TissueState& state) {
     const auto count = static_cast<Eigen::Index>(mass_.size());
     for (Eigen::Index l = 0; l < count; ++l) {
@@ -68,7 +68,7 @@ void ContactSolver::assemble(double h, const TissueState& state) {
     for (Matrix3& block : block_inverse_) block = block.inverse().eval();
 }
 
-/// The matrix of solve_linear times velocities of the touched vertices.
+/// Product of the matrix of solve_linear with velocities of the touched vertices.
 void ContactSolver::apply(double h, const Matrix3X& velocity, Matrix3X& result) {
     ++passes_;
     for (std::size_t l = 0; l < mass_.size(); ++l) {
@@ -95,10 +95,10 @@ void ContactSolver::precondition() {
     }
 }
 
-/// Backward Euler of all contacts that are on: (M + h Σ c Jᵀ J) v' = M v + h Σ F(r) Jᵀ with c the slope of the law F
-/// and r the fixed part of the rate; one at its limit is a constant force on the right-hand side. Conjugate gradients
-/// with the exact 3×3 blocks of the vertices as preconditioner, so that contacts that move one vertex each are solved
-/// exactly before the first iteration. False when they end before the solution is one.
+/// Backward Euler of all active contacts: (M + h Σ c Jᵀ J) v' = M v + h Σ F(r) Jᵀ. c is the slope of the law F and r
+/// the fixed part of the rate. A contact at its limit is a constant force in the right side. Conjugate gradients are
+/// preconditioned by the exact 3×3 blocks of the vertices. Contacts on one vertex each are thus solved exactly before
+/// the first iteration. Returns false if the iterations end before convergence.
 bool ContactSolver::solve_linear(double h, const TissueState& state) {
     assemble(h, state);
     const auto count = static_cast<Eigen::Index>(mass_.size());
@@ -144,7 +144,7 @@ void ContactSolver::solve(double h, TissueState& state) {
     for (TickContact& contact : contacts_.all()) {
         contact.on = contact.bilateral || contact.depth >= 0.0;
         contact.capped = false;
-        // Negative damping from the velocity at the start of the sub-step.
+        // Explicit (negative) damping acts at the velocity at the start of the sub-step.
         contact.held = contact.on ? -contact.explicit_damping * TickContacts::rate(contact, state) : 0.0;
     }
     if (!crowded_ && find_active(h, state)) {
@@ -157,7 +157,7 @@ void ContactSolver::solve(double h, TissueState& state) {
     sweep(h, state);
 }
 
-/// As trocar::find_active; conjugate gradients may end too soon for so many vertices.
+/// See trocar::find_active. Also fails after a bounded number of matrix products.
 bool ContactSolver::find_active(double h, const TissueState& state) {
     constexpr int most_products = 1500;
     const std::int64_t start = passes_;
@@ -173,8 +173,8 @@ bool ContactSolver::find_active(double h, const TissueState& state) {
     return trocar::find_active(contacts_.all(), h, solved, rate);
 }
 
-/// Projected Gauss-Seidel for a bounded number of sweeps: not exact, but what every contact is said to give is what the
-/// tissue gets. From no force at all, so that what is not converged gives less energy, never more.
+/// Projected Gauss-Seidel for a bounded number of sweeps. It is not exact, but the tissue receives the forces that the
+/// contacts report. It starts from zero force, so that an unconverged solution gives less energy, never more.
 void ContactSolver::sweep(double h, TissueState& state) {
     constexpr int most_sweeps = 100;
     constexpr double tolerance = 1e-4;  // of the largest force
@@ -194,7 +194,7 @@ void ContactSolver::sweep(double h, TissueState& state) {
     }
 }
 
-/// What a contact gives when all others stay as they are; `speed` is its rate with the force that it gives so far.
+/// Force of a contact with all others fixed; `speed` is its rate under its current force.
 double ContactSolver::force_alone(double h, const TickContact& contact, double speed) {
     const StepLaw law = contact.law(h);
     const double response = h * contact.mobility;  // m/s per N

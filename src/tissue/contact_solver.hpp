@@ -1,5 +1,5 @@
-// The contacts of one tick in the tissue's integrator: all of a sub-step are solved together, implicitly (backward
-// Euler on velocity and gap), so that many contacts on one vertex share the load and their order does not matter.
+// Contact solver of an explicit integrator for one tick. It solves all contacts of a sub-step together, implicitly
+// (backward Euler on velocity and gap). Contacts on one vertex thus share the load, and their order does not matter.
 #pragma once
 
 #include <cstdint>
@@ -15,21 +15,21 @@ namespace trocar {
 
 class ContactSolver {
 public:
-    /// `vertex_count` is that of the frame, `moving` how many of its vertices the tissue can move.
+    /// `vertex_count`: vertices of the frame. `moving`: free vertices of the tissue.
     ContactSolver(Index vertex_count, std::size_t moving);
 
-    /// As TickContacts has it.
+    /// See TickContacts::collect.
     void collect(const ResponseOutput& output, const Frame& frame, const TissueState& state);
     [[nodiscard]] TickContacts& contacts() { return contacts_; }
     [[nodiscard]] const TickContacts& contacts() const { return contacts_; }
 
-    /// Settings `explicit` and `unilateral`: every contact gives what it holds.
+    /// Settings `explicit` and `unilateral`: every contact exerts its prescribed force.
     void push_held(double h, TissueState& state);
-    /// Finds which contacts are on in this sub-step of h (s) and gives the touched vertices their new velocities.
+    /// Finds the active contacts of this sub-step of h (s) and sets the new velocities of the touched vertices.
     void solve(double h, TissueState& state);
-    /// Coulomb friction of the contacts that press, after the normal forces of the sub-step are known.
+    /// Coulomb friction of the pressing contacts, given the normal forces of the sub-step.
     void rub(double h, TissueState& state);
-    /// How often all contacts were gone through since `collect`: products with their matrix, and sweeps.
+    /// Passes over all contacts since `collect`: products with their matrix, and sweeps.
     [[nodiscard]] std::int64_t passes() const { return passes_; }
 
 private:
@@ -44,7 +44,7 @@ private:
     void sweep(double h, TissueState& state);
 
     TickContacts contacts_;
-    bool crowded_ = false;  ///< in this tick the contacts that are on were not found: sweeps take their place
+    bool crowded_ = false;  ///< the active-set search failed in this tick; sweeps replace it
     std::int64_t passes_ = 0;
     std::vector<double> mass_;  ///< kg, of the touched vertices
     std::vector<Matrix3> block_inverse_;

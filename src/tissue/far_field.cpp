@@ -14,7 +14,7 @@ FarField::FarField(RegionTissue& region) : region_(&region) {
     for (std::size_t level = 0; level < last; ++level) {
         const RegionLevel& fine = levels[level];
         for (std::size_t node = 0; node < fine.size(); ++node) {
-            // One that moves before one that is fixed: only what moves takes others along.
+            // A free parent takes precedence over a fixed one, because fixed nodes move no others.
             Index owner = fine.parent[node][0];
             double best = -1.0;
             for (std::size_t n = 0; n < 3; ++n) {
@@ -28,7 +28,7 @@ FarField::FarField(RegionTissue& region) : region_(&region) {
             owner_[level].push_back(owner);
         }
     }
-    // Sorted by the owner at the last level, among these by that at the level below it, and so on.
+    // Sorted by the owner at the last level, then by that at the level below, and so on.
     std::vector<std::vector<Index>> owner_of(levels.size());  // per level and vertex
     for (std::size_t v = 0; v < levels[0].size(); ++v) {
         owner_of[0].push_back(static_cast<Index>(v));
@@ -78,7 +78,7 @@ void FarField::follow(std::size_t most, std::size_t most_beside) {
     const std::int64_t turn = tick_++ % round;
     if (turn == 0) find_beside(most_beside);
     for (const Index vertex : beside_) region_->refresh(0, vertex);
-    put_before_ = region_->put();  // beside what is awake or others are
+    put_before_ = region_->put();  // updates beside active nodes or other bodies
     if (turn + 1 == round) {
         go_around();
     } else {
@@ -91,7 +91,7 @@ void FarField::follow(std::size_t most, std::size_t most_beside) {
     region_->report_pulls();
 }
 
-/// What no node takes along is seen, too, and what is left of wrinkles.
+/// Examines the vertices in turn, for motion that no node has and for residual deformation.
 void FarField::go_around() {
     for (std::size_t n = 0; n < std::min(most_, order_.size()) && examine(order_[around_]); ++n) {
         if (++around_ < order_.size()) continue;
@@ -101,8 +101,8 @@ void FarField::go_around() {
     }
 }
 
-/// False where this tick may put no more. A close look puts the vertices around where they are, too; where a tick has
-/// no room for that, the vertex alone is put.
+/// Returns false if the limit of the tick is reached. Relaxation updates the neighbours as well. A vertex with more
+/// neighbours than the limit is only updated.
 bool FarField::examine(Index vertex) {
     const RegionLevel& vertices = region_->levels()[0];
     const std::size_t put = region_->put() - put_before_;
@@ -125,7 +125,7 @@ void FarField::find_late() {
             Holding& holding = holding_[level][at(node)];
             const Eigen::Vector4d displacement = levels[level].displacement.col(node);
             if (holding.seen < turn_ - 1) {
-                // It has moved with the node that it slept with and what this has moved is as late as that is.
+                // The node was interpolated until now, so its vertices are as late as its owner.
                 const Index owner = owner_[level][at(node)];
                 holding.passed = displacement;
                 if (levels[level + 1].active[at(owner)] != 0) {
@@ -143,7 +143,7 @@ void FarField::find_late() {
     std::make_heap(late_.begin(), late_.end());
 }
 
-/// Of the vertices that move with nodes of level 1: where nothing is awake at that level nothing moves much, either.
+/// Lists interpolated vertices beside other bodies, only under active nodes of level 1: elsewhere nothing moves much.
 void FarField::find_beside(std::size_t most) {
     beside_.clear();
     if (holding_.size() < 2) return;
@@ -165,12 +165,12 @@ void FarField::find_beside(std::size_t most) {
 
 bool FarField::pass_over(const Late& late) {
     const std::vector<RegionLevel>& levels = region_->levels();
-    if (levels[late.level].active[at(late.node)] == 0) return true;  // since it was found
+    if (levels[late.level].active[at(late.node)] == 0) return true;  // interpolated since the search
     Holding& holding = holding_[late.level][at(late.node)];
     if (holding.next == holding.first) holding.beginning = levels[late.level].displacement.col(late.node);
     while (holding.next < holding.end) {
         const Index vertex = order_[holding.next];
-        // What moves with a node in between is that one's.
+        // Vertices under an active node of a lower level belong to that node.
         std::uint32_t beyond = 0;
         Index node = vertex;
         for (std::size_t level = 1; level < late.level; ++level) {

@@ -1,6 +1,6 @@
-// Follows what sleeps in a RegionTissue, so many vertices a tick: first those whose nodes have gone furthest since they
-// were last examined, so that what lies near a moving tool is never far from where it should be and what rests costs
-// nothing; in one tick of four one after the other.
+// Updates the interpolated vertices of a RegionTissue, a bounded number per tick. Vertices whose nodes have moved
+// furthest since their last examination come first. One tick in four takes the vertices in turn instead. Vertices near
+// a moving tool thus lag little, and vertices at rest cost nothing.
 #pragma once
 
 #include <algorithm>
@@ -18,28 +18,28 @@ public:
     /// The region outlives the object.
     explicit FarField(RegionTissue& region);
 
-    /// Everything that sleeps is where its nodes have it.
+    /// Restarts with every interpolated vertex up to date.
     void start();
-    /// Puts up to `most` vertices where they are by now and looks closely at those that there is room for. Of what lies
-    /// beside other bodies up to `most_beside` more are put: what may be met next is never late, and no query distance
-    /// has to span how late it was.
+    /// Updates up to `most` interpolated vertices and relaxes those that fit this limit. Updates up to `most_beside`
+    /// more beside other bodies. Vertices that may come into contact are thus never late, and no query distance has to
+    /// cover a lag.
     void follow(std::size_t most, std::size_t most_beside);
-    /// Largest stretch of a spring that sleeps, as last seen.
+    /// Largest ratio of length to rest length of an interpolated spring, as last examined.
     [[nodiscard]] double stretch() const { return std::max(stretch_, last_stretch_); }
 
 private:
-    /// What is on the way from one pass over the vertices that a node moves to the next. Vertices belong to the parent
-    /// with the largest share in them, as nodes do; those of a node lie side by side in `order_`.
+    /// Progress of the passes over the vertices that a node moves. Each vertex belongs to the parent with the largest
+    /// weight, a free one first. The vertices of a node are contiguous in `order_`.
     struct Holding {
         std::uint32_t first = 0;  ///< into `order_`
         std::uint32_t end = 0;
-        std::uint32_t next = 0;                               ///< where the pass stands
-        std::int64_t seen = -1;                               ///< turn in which the node was last awake
-        Eigen::Vector4d passed = Eigen::Vector4d::Zero();     ///< m, its displacement as the last pass began
-        Eigen::Vector4d beginning = Eigen::Vector4d::Zero();  ///< m, as this pass began
+        std::uint32_t next = 0;                               ///< position of the pass
+        std::int64_t seen = -1;                               ///< last turn in which the node was active
+        Eigen::Vector4d passed = Eigen::Vector4d::Zero();     ///< m, displacement at the start of the last pass
+        Eigen::Vector4d beginning = Eigen::Vector4d::Zero();  ///< m, at the start of this pass
     };
     struct Late {
-        double square = 0.0;  ///< m²
+        double square = 0.0;  ///< m², displacement since the last pass
         std::uint32_t level = 0;
         Index node = -1;
         bool operator<(const Late& other) const {
@@ -53,17 +53,17 @@ private:
     bool pass_over(const Late& late);
 
     RegionTissue* region_;
-    std::vector<std::vector<Index>> owner_;      ///< per level but the last and node: node of the next level
-    std::vector<std::vector<Holding>> holding_;  ///< per level from 1 on and node; empty at level 0
-    std::vector<Index> order_;                   ///< vertices that move
+    std::vector<std::vector<Index>> owner_;      ///< per level but the last, per node: node of the next level
+    std::vector<std::vector<Holding>> holding_;  ///< per level from 1 on, per node; empty at level 0
+    std::vector<Index> order_;                   ///< free vertices
     std::vector<Late> late_;
-    std::vector<Index> beside_;  ///< vertices that sleep beside other bodies
-    double least_ = 0.0;         ///< m, from which on a node is late
+    std::vector<Index> beside_;  ///< interpolated vertices beside other bodies
+    double least_ = 0.0;         ///< m, smallest displacement of a late node
     std::int64_t tick_ = 0;
-    std::int64_t turn_ = 0;  ///< of searching for late nodes
-    std::size_t most_ = 0;   ///< that this tick may put
+    std::int64_t turn_ = 0;  ///< number of searches for late nodes
+    std::size_t most_ = 0;   ///< limit of updates in this tick
     std::size_t put_before_ = 0;
-    std::size_t around_ = 0;  ///< into `order_`, where the slow round goes on
+    std::size_t around_ = 0;  ///< index in `order_` of the round in turn
     double stretch_ = 0.0;    ///< in this round
     double last_stretch_ = 0.0;
 };

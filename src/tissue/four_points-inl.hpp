@@ -1,5 +1,5 @@
-// What the tissue's kernels share: where a vertex stands in a 4×N matrix, and the transpositions by which four points
-// in vectors become vectors by axis and back. Included once per instruction set, as Highway's own headers are.
+// Shared by the tissue kernels: columns of a 4×N matrix, and transpositions between four points and vectors by axis.
+// Included once per instruction set, as Highway's own headers are.
 #if defined(TROCAR_TISSUE_FOUR_POINTS_INL) == defined(HWY_TARGET_TOGGLE)
 #ifdef TROCAR_TISSUE_FOUR_POINTS_INL
 #undef TROCAR_TISSUE_FOUR_POINTS_INL
@@ -16,7 +16,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace trocar::HWY_NAMESPACE {
 
-/// The four numbers of a vertex of the state.
 template <typename Number>
 HWY_INLINE const double* column(const Matrix4X& matrix, Number vertex) {
     return matrix.data() + 4 * static_cast<std::ptrdiff_t>(vertex);
@@ -33,7 +32,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Four = hn::FixedTag<double, 4>;
 using Vector = hn::Vec<Four>;
 
-/// Coordinates of four points apart: each input holds x y z _ of one of them.
+/// Transposes four points (x y z _ each) into vectors by axis.
 HWY_INLINE void transpose(Vector p0, Vector p1, Vector p2, Vector p3, Vector& x, Vector& y, Vector& z) {
     const Four d;
     const auto low_01 = hn::InterleaveLower(d, p0, p1);  // x0 x1 z0 z1
@@ -43,7 +42,7 @@ HWY_INLINE void transpose(Vector p0, Vector p1, Vector p2, Vector p3, Vector& x,
     z = hn::ConcatUpperUpper(d, low_23, low_01);
 }
 
-/// The way back: point n gets lane n of each, and 0 behind.
+/// Inverse of transpose: point n is lane n of x, y, z, then 0.
 HWY_INLINE void transpose_back(Vector x, Vector y, Vector z, Vector& p0, Vector& p1, Vector& p2, Vector& p3) {
     const Four d;
     const auto zero = hn::Zero(d);

@@ -1,6 +1,6 @@
-// The stepper `implicit`: linearly implicit Euler (Baraff and Witkin 1998), the springs linearised once a step, the
-// contacts of the step as constraints with the whole compliance of the tissue. Bears any step; what it costs is
-// damping: a motion that is faster than the step dies away instead of swinging.
+// Stepper `implicit`: linearly implicit Euler (Baraff and Witkin 1998) with one linearisation of the springs per step.
+// Contacts are constraints with the full compliance of the tissue. The step size has no stability limit. Numerical
+// damping suppresses motion that is faster than the step.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -21,11 +21,11 @@
 namespace trocar {
 namespace {
 
-/// How much more loosely than the motion the answers of contacts to one another are found, and at most.
+/// Tolerance of the compliance between contacts: factor over that of the motion, and upper bound.
 constexpr double roughly_by = 10.0;
 constexpr double most_roughly = 1e-2;
 
-/// A part of the velocities' change from step to step: the next one begins where this and the last one lead.
+/// Part of the velocity change of a step. Linear extrapolation of the last two steps is the initial guess of the next.
 struct Trail {
     Matrix4X now;     ///< m/s
     Matrix4X before;  ///< m/s, in the last step
@@ -85,9 +85,9 @@ private:
         volumes_->prepare_enclosures(h, *system_, settings_.tolerance, settings_.iterations, *gradients_);
         if (!pieces_->empty()) pieces_->begin(*system_, state);
         start_ = state.velocity;
-        // The free motion, without contacts, then with the forces of these. How contacts answer to one another is found
-        // more loosely: what is left open there, the next step sees in the gaps. Each solve begins where the steps
-        // before lead.
+        // First the free motion without contacts, then the motion with contact forces. The compliance between contacts
+        // has a looser tolerance, because its error appears in the gaps of the next step. Each solve starts from the
+        // extrapolated solution.
         free_.predict();
         gradients_->improve(springs, *system_, system_->right_side, settings_.tolerance, settings_.iterations,
                             free_.now);
@@ -130,7 +130,7 @@ private:
         return finite ? furthest : std::numeric_limits<double>::quiet_NaN();
     }
 
-    /// Of pieces that nothing holds, what the iterations have left open.
+    /// Corrects the momentum of free pieces for the residual of the iterations.
     void close_momentum(double h) {
         for (const TickContact& contact : contacts().all()) {
             const Vector3 impulse = h * (contact.force * contact.normal + contact.rubbed);
@@ -141,8 +141,7 @@ private:
         pieces_->close(*system_, start_, tissue().state());
     }
 
-    /// Tangential springs after the step: stretched by the way along the surface where they stick, as long as their
-    /// force asks where they slide.
+    /// Updates the stretch of the tangential springs after the step, see TickContacts::stretch.
     void stretch_slips(double h) {
         if (!contacts().any_has_friction()) return;
         contacts().gather_anchor(true);
@@ -163,9 +162,9 @@ private:
     bool factor_is_due_ = false;  ///< in the next step
     std::optional<ImplicitContacts> solver_;
     std::optional<FreePieces> pieces_;
-    Trail free_;       ///< without contacts and enclosures
-    Trail pushed_;     ///< what contacts add to that
-    Matrix4X change_;  ///< m/s, of the velocities in a step
+    Trail free_;       ///< motion without contacts and enclosures
+    Trail pushed_;     ///< contribution of contacts
+    Matrix4X change_;  ///< m/s, velocity change of the step
     Matrix4X start_;   ///< m/s, velocities before the step
 };
 

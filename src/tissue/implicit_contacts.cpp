@@ -34,7 +34,7 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
     if (all.empty()) return;
     list_rows(state, contacts);
     compliance_.begin(springs, system, contacts.touched());
-    if (known && rows_.size() == all.size()) {  // nothing has to be found
+    if (known && rows_.size() == all.size()) {  // no friction
         for (TickContact& contact : all) contact.force = contact.held;
         return;
     }
@@ -44,12 +44,12 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
         const bool touches = contact.bilateral || contact.depth >= 0.0;
         contact.on = touches && (contact.bilateral || contact.adhesive);
         contact.capped = false;
-        // Negative damping from the velocity of the free motion.
+        // Explicit (negative) damping acts at the velocity of the free motion.
         if (!known) contact.held = touches ? -contact.explicit_damping * rate : 0.0;
         contact.force = known ? contact.held : 0.0;
         contact.rubbed.setZero();
     }
-    // Normal forces with friction as it is, then friction with those: each changes the other through the tissue.
+    // Alternates normal forces at fixed friction and friction at fixed normal forces, which couple through the tissue.
     constexpr int most_rounds = 200;
     constexpr double settled = 1e-6;  // of the largest force
     for (int round = 0; round < most_rounds; ++round) {
@@ -110,7 +110,7 @@ void ImplicitContacts::answer_to(std::size_t first, std::size_t last, const Want
     if (!missing_.empty()) find_columns();
 }
 
-/// Rates of all rows per impulse on each of those that are missing, eight of these at a time.
+/// Computes the rates of all rows per impulse on each missing row, eight of these at a time.
 void ImplicitContacts::find_columns() {
     const std::size_t count = rows_.size();
     if (eigen_index(count) > answer_.rows()) {
@@ -148,7 +148,7 @@ void ImplicitContacts::find_columns() {
             columns_.push_back(column);
         }
     }
-    // An enclosure of the answer y to its gradient takes factor (J y)(J y)ᵀ from it: A⁻¹ is symmetric.
+    // An enclosure with answer y subtracts factor (J y)(J y)ᵀ, because A⁻¹ is symmetric.
     for (const VolumeSystem::Enclosed& enclosed : question_.volumes->enclosures()) {
         swell_.assign(count, 0.0);
         for (std::size_t r = 0; r < count; ++r) {
@@ -164,7 +164,7 @@ void ImplicitContacts::find_columns() {
             }
         }
     }
-    // What the iterations have left open is made symmetric, as A⁻¹ is.
+    // Symmetrises the error of the iterations, because A⁻¹ is symmetric.
     for (std::size_t late = before; late < columns_.size(); ++late) {
         for (std::size_t early = 0; early < late; ++early) {
             double& one = answer_(eigen_index(columns_[early]), eigen_index(columns_[late]));
@@ -180,8 +180,8 @@ double ImplicitContacts::rate(std::size_t row, double h) const {
     return sum;
 }
 
-/// Most contacts that come near would press if no other did. So those that go deepest are let press first, as many as
-/// are answered to at once, and the others asked again.
+/// Initial guess of the active set. Most near contacts would press if no other did. The deepest therefore join first,
+/// one batch of lanes per round, and the others are tested again.
 void ImplicitContacts::guess_pressing(double h, std::span<TickContact> contacts) {
     for (std::size_t joined = 0; joined < contacts.size(); joined += compliance_lanes) {
         if (!solve_pressing(h, contacts)) return;
@@ -210,7 +210,7 @@ void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) 
     guess_pressing(h, contacts);
     if (find_active(contacts, h, solved, rate_of)) return;
     answer_to(0, contacts.size(), [](std::size_t) { return true; });
-    // Projected Gauss-Seidel from no force at all, so that what is not converged gives less energy, never more.
+    // Projected Gauss-Seidel from zero force, so that an unconverged solution gives less energy, never more.
     constexpr int most_sweeps = 200;
     constexpr double settled = 1e-6;  // of the largest force
     std::fill_n(force_.begin(), contacts.size(), 0.0);
@@ -234,7 +234,8 @@ void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) 
     }
 }
 
-/// Forces of the contacts that are on: f / c + h W f = F(r) / c with c the slope of the law F, all else as it is.
+/// Solves f / c + h W f = F(r) / c for the forces of the active contacts; c is the slope of the law F. Returns false if
+/// the matrix is not positive definite or a force is not finite.
 bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts) {
     answer_to(0, contacts.size(), [&](std::size_t c) { return contacts[c].on; });
     on_.clear();
@@ -271,9 +272,8 @@ bool ImplicitContacts::solve_pressing(double h, std::span<TickContact> contacts)
     return true;
 }
 
-/// One round over the contacts that rub: a tangential spring with a critical damper, implicit, that slides at friction
-/// × normal force. `keep`: of contacts that share a grip it stays with the one that had it in the round before. Gives
-/// the largest change of a force, N.
+/// One Gauss-Seidel round of friction. An implicit tangential spring with a critical damper slides at friction × normal
+/// force. `keep`: see TickContacts::gather_anchor. Returns the largest change of a force, N.
 double ImplicitContacts::rub(double h, bool keep, TickContacts& contacts) {
     contacts.gather_anchor(keep);
     const std::span<TickContact> all = contacts.all();

@@ -12,20 +12,20 @@
 
 namespace trocar {
 
-/// The second thread's part. A is kept in the order of elimination, which is one of vertices: L then consists of whole
-/// 3×3 blocks. Its upper triangle, because Eigen takes that without a copy.
+/// Factorisation in the second thread. A is stored in an elimination order of vertices, so that L consists of whole 3×3
+/// blocks. Only its upper triangle is stored, because Eigen takes that without a copy.
 class LaggedFactor::Factorization {
 public:
     Factorization(const SpringArrays& springs, const TissueState& state);
     [[nodiscard]] const std::vector<Index>& vertex() const { return vertex_; }
-    /// Factors a system. The pattern is written the first time only: later it is read while this works. False where the
-    /// system is not finite or not positive definite.
+    /// Factors a system. Writes the pattern only the first time, because later calls run while it is read. Returns
+    /// false if the system is not finite or not positive definite.
     bool make(const SpringSystem& system, FactorPattern& pattern, FactorValues& values);
 
 private:
-    /// Where a block of A stands: number among those above the diagonal, and place of its columns.
+    /// Position of a block of A: index among the blocks above the diagonal, and place of its columns.
     struct Spot {
-        std::size_t block = none;  ///< none: an end never moves
+        std::size_t block = none;  ///< none: an end is fixed
         std::size_t column = 0;
         static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
     };
@@ -43,8 +43,8 @@ private:
     bool take_values(const FactorPattern& pattern, FactorValues& values) const;
 
     std::vector<Index> vertex_;               ///< per place
-    std::vector<Index> place_;                ///< per vertex of the state; -1: never moves
-    std::vector<std::size_t> first_;          ///< per place + 1: blocks of A above the diagonal in its columns
+    std::vector<Index> place_;                ///< per vertex of the state; -1: fixed
+    std::vector<std::size_t> first_;          ///< per place + 1: first block of A above the diagonal in its columns
     std::vector<Index> row_;                  ///< per block: place of its rows, ascending in a column
     std::vector<std::array<Index, 2>> ends_;  ///< per spring: vertices
     std::vector<Spot> spring_spot_;           ///< per spring
@@ -68,7 +68,7 @@ LaggedFactor::Factorization::Factorization(const SpringArrays& springs, const Ti
     for (const auto& [i, j] : ends_) spring_spot_.push_back(spot(i, j));
 }
 
-/// Finds the order of elimination by minimum degree, and which blocks A has in it.
+/// Computes the elimination order by approximate minimum degree, and the block sparsity of A in it.
 void LaggedFactor::Factorization::order(const std::vector<Entry>& couplings, std::size_t vertex_count) {
     place_.assign(vertex_count, -1);
     for (const Entry& entry : couplings) {
@@ -105,7 +105,7 @@ void LaggedFactor::Factorization::order(const std::vector<Entry>& couplings, std
     }
 }
 
-/// Columns of the sparse matrix: three entries of each block, then the upper triangle of the vertex's own.
+/// Lays out the sparse matrix by columns: three entries of each block, then the upper triangle of the own block.
 void LaggedFactor::Factorization::lay_out() {
     const auto size = static_cast<Eigen::Index>(3 * vertex_.size());
     matrix_.resize(size, size);
@@ -134,12 +134,12 @@ LaggedFactor::Factorization::Spot LaggedFactor::Factorization::spot(Index v, Ind
     return {static_cast<std::size_t>(std::lower_bound(begin, end, row) - row_.begin()), at(column)};
 }
 
-/// Where the numbers of a column of A begin.
+/// First number of a column of A.
 double* LaggedFactor::Factorization::begin_of(std::size_t place, std::size_t axis) {
     return matrix_.valuePtr() + matrix_.outerIndexPtr()[3 * place + axis];
 }
 
-/// To the vertex's own block.
+/// Adds to the diagonal block of a vertex.
 void LaggedFactor::Factorization::add(std::size_t place, const Matrix3& block) {
     const std::size_t before = 3 * (first_[place + 1] - first_[place]);
     for (std::size_t c = 0; c < 3; ++c) {
@@ -150,7 +150,7 @@ void LaggedFactor::Factorization::add(std::size_t place, const Matrix3& block) {
     }
 }
 
-/// To one above the diagonal.
+/// Adds to a block above the diagonal.
 void LaggedFactor::Factorization::add(const Spot& above, const Matrix3& block) {
     const std::size_t before = 3 * (above.block - first_[above.column]);
     for (std::size_t c = 0; c < 3; ++c) {
@@ -198,7 +198,7 @@ void LaggedFactor::Factorization::take_pattern(FactorPattern& pattern) const {
     pattern.first_block.assign(1, 0);
     pattern.row.clear();
     for (std::size_t place = 0; place < vertex_.size(); ++place) {
-        // The last column of a vertex has no entries of its own block.
+        // The last column of a vertex has no subdiagonal entries of its own block.
         const auto* const column = lower.outerIndexPtr() + 3 * place + 2;
         for (auto entry = column[0]; entry < column[1]; entry += 3) {
             pattern.row.push_back(lower.innerIndexPtr()[entry] / 3);
@@ -207,7 +207,7 @@ void LaggedFactor::Factorization::take_pattern(FactorPattern& pattern) const {
     }
 }
 
-/// False where a number is not finite or a pivot not positive.
+/// Returns false if a number is not finite or a pivot is not positive.
 bool LaggedFactor::Factorization::take_values(const FactorPattern& pattern, FactorValues& values) const {
     const Matrix& lower = solver_.matrixL().nestedExpression();
     const auto pivots = solver_.vectorD();
@@ -257,7 +257,7 @@ void LaggedFactor::renew(const SpringSystem& system) {
         std::swap(used_, made_);
         is_ready_ = true;
     }
-    // Of the same sizes: nothing is allocated.
+    // The sizes are equal, so that nothing is allocated.
     snapshot_.x = system.x;
     snapshot_.y = system.y;
     snapshot_.z = system.z;
@@ -267,7 +267,7 @@ void LaggedFactor::renew(const SpringSystem& system) {
     thread_.start(work_);
 }
 
-/// Throws nothing: where memory does not suffice, what is in use stays so.
+/// Throws nothing. On an exception, such as lack of memory, the current factor stays in use.
 void LaggedFactor::make() {
     try {
         is_made_ = factorization_->make(snapshot_, pattern_, made_);
@@ -297,7 +297,7 @@ double LaggedFactor::precondition(const SpringSystem& system, const Matrix4X& re
     return sum;
 }
 
-/// 3 per place: forward through L, then through D and backward through Lᵀ.
+/// Solves in place, 3 numbers per place: forward through L, then through D and backward through Lᵀ.
 void LaggedFactor::solve_in_place(double* numbers) const {
     const double* const blocks = used_.block.data();
     const Index* const rows = pattern_.row.data();

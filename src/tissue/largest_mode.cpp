@@ -20,7 +20,8 @@ LargestMode largest_mode(const Materials& materials, const Matrix3X& position) {
     result.shape = Matrix3X::Zero(3, n);
     if (unknowns == 0) return result;
 
-    // A start vector that is orthogonal to no mode of a regular mesh: irrational steps.
+    // Lanczos iteration with full reorthogonalisation. The irrational step makes the start vector orthogonal to no mode
+    // of a regular mesh.
     Matrix3X start(3, n);
     for (Eigen::Index i = 0; i < start.size(); ++i) {
         start.data()[i] = std::sin(1.0 + 0.754877666 * static_cast<double>(i * i + i));
@@ -48,7 +49,7 @@ LargestMode largest_mode(const Materials& materials, const Matrix3X& position) {
         }
         const double length = next.norm();
         const bool last = j + 1 == limit || length <= 1e-14 * std::abs(alpha.front());
-        // An answer costs the third power of the vectors: where it takes many, it is searched for more seldom.
+        // The cost of this problem grows with the cube of the vectors, so large ones are tested less often.
         const Eigen::Index between = j < 128 ? 8 : 64;
         if (last || j % between == between - 1) {
             Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;

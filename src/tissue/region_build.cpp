@@ -1,5 +1,5 @@
-// How RegionTissue finds its levels: nodes of the next level by a greedy choice in balls, each node's three nodes to
-// move with as the Delaunay triangle that has it, and the stiffness by projection.
+// Construction of the levels of RegionTissue. A greedy choice in balls selects the nodes of the next level. Each node
+// is interpolated in the Delaunay triangle that contains it. Projection gives the stiffness.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
@@ -12,7 +12,7 @@
 namespace trocar {
 namespace {
 
-constexpr double coarsening = 3.2;  // spacing of a level over that of the one before
+constexpr double coarsening = 3.2;  // spacing of a level relative to the previous one
 constexpr std::size_t most_candidates = 10;
 
 void list_edges(RegionLevel& level) {
@@ -29,7 +29,7 @@ void list_edges(RegionLevel& level) {
     }
 }
 
-/// Nodes that a walk along edges reaches without leaving a ball.
+/// Nodes connected to the centre of a ball by edges within the ball.
 class Walk {
 public:
     explicit Walk(const RegionLevel& level) : level_(&level), seen_(level.size(), 0) {}
@@ -59,9 +59,9 @@ private:
     std::int64_t walk_ = 0;
 };
 
-/// Three of the candidates (squared distance, node) and shares of 1 in each such that a linear field is met: of all
-/// triangles around the node, seen along the normal of the candidates, the one of least weighted squared distance,
-/// which is Delaunay's. Without a triangle the nearest point of an edge between two of them.
+/// Chooses three of the candidates (squared distance, node) with weights of sum 1 that reproduce linear fields. They
+/// form the triangle around the node, seen along the candidates' normal, of least weighted squared distance (Delaunay).
+/// Without a triangle, takes the nearest point of an edge between two candidates.
 void share_out(const RegionLevel& coarse, const Vector3& place, std::span<const std::pair<double, Index>> candidates,
                std::array<Index, 3>& parent, std::array<double, 3>& weight) {
     parent.fill(candidates.front().second);
@@ -196,7 +196,7 @@ void RegionTissue::build_vertices(const Matrix3X& rest) {
     mark_pieces();
 }
 
-/// Pieces of tissue that nothing holds get a number each.
+/// Numbers the connected pieces of tissue without a fixed vertex.
 void RegionTissue::mark_pieces() {
     RegionLevel& vertices = levels_.front();
     Walk walk(vertices);
@@ -227,7 +227,7 @@ void RegionTissue::build_next() {
     levels_.push_back(std::move(coarse));
 }
 
-/// Nodes that lie apart by the next level's spacing; what is fixed first, so that an edge that is held stays so.
+/// Selects nodes at the spacing of the next level. Fixed nodes come first, so that a fixed border stays fixed.
 std::vector<Index> RegionTissue::choose(const RegionLevel& fine) const {
     std::vector<Index> chosen;
     std::vector<std::uint8_t> near(fine.size(), 0);
@@ -265,7 +265,7 @@ void RegionTissue::find_parents(RegionLevel& fine, const RegionLevel& coarse, co
         std::sort(candidates.begin(), candidates.end());
         candidates.resize(fixed ? 1 : std::min(candidates.size(), most_candidates));
         share_out(coarse, fine.rest[at(node)], candidates, fine.parent[at(node)], fine.weight[at(node)]);
-        // Shares that are nothing but rounding would tie a node to ones it has no part in.
+        // Weights at the level of rounding would couple a node to nodes without effect on it.
         constexpr double least = 1e-4;
         double sum = 0.0;
         for (double& weight : fine.weight[at(node)]) sum += weight = weight < least ? 0.0 : weight;
@@ -273,7 +273,7 @@ void RegionTissue::find_parents(RegionLevel& fine, const RegionLevel& coarse, co
     }
 }
 
-/// Mass, drag, edges and their blocks of the next level.
+/// Projects mass, drag and the blocks of the edges on the next level.
 void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
     const std::size_t count = coarse.rest.size();
     const std::size_t level = levels_.size() - 1;

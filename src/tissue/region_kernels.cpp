@@ -72,7 +72,7 @@ HWY_INLINE double sum_of(Four number) {
 void multiply_edges(std::span<const RegionEdge> edges, const double* direction, double* image) {
     std::size_t e = 0;
     while (e < edges.size()) {
-        // One node's edges: what they do to it stays in a register.
+        // The sum over the edges of one node stays in a register.
         const Index own = edges[e].own;
         const std::size_t i = 4 * static_cast<std::size_t>(own);
         const Four here = load(direction + i);

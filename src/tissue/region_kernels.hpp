@@ -1,5 +1,4 @@
-// The inner loops of conjugate gradients on a region, once per instruction set. Vectors have four numbers a node, of
-// which the last is 0.
+// Inner loops of conjugate gradients on a region, per instruction set. Vectors have four numbers per node, the last 0.
 #pragma once
 
 #include <array>
@@ -11,9 +10,9 @@
 
 namespace trocar {
 
-/// An edge of the system: block (4×3 by columns, kg) between two nodes. Those of one `own` are best side by side.
+/// Edge of the system: block (4×3 by columns, kg) between two nodes. Edges with the same `own` should be contiguous.
 struct RegionEdge {
-    Index own = -1;  ///< awake
+    Index own = -1;  ///< active
     Index other = -1;
     std::array<float, 12> block{};
 };
@@ -21,8 +20,8 @@ struct RegionEdge {
 struct RegionKernels {
     /// image += Σ block (direction_own - direction_other) on own, its opposite on other.
     void (*multiply)(std::span<const RegionEdge> edges, const double* direction, double* image);
-    /// The first `count` nodes: change += by direction, residual -= by image, preconditioned = inverse residual, with
-    /// 12 numbers a node of the inverse (4×3 by columns). Gives residual · preconditioned.
+    /// For the first `count` nodes: change += by direction, residual -= by image, preconditioned = inverse residual.
+    /// The inverse has 12 numbers per node (4×3 by columns). Returns residual · preconditioned.
     double (*improve)(std::size_t count, double by, const double* direction, const double* image, const double* inverse,
                       double* change, double* residual, double* preconditioned);
     /// direction = preconditioned + by direction, image = inertia direction.
@@ -32,7 +31,7 @@ struct RegionKernels {
     const char* target;  ///< name of the instruction set
 };
 
-/// One version per instruction set of this CPU, the best one first; all give the same bits.
+/// One version per instruction set of this CPU, best first; all give the same bits.
 const std::vector<RegionKernels>& region_kernels();
 
 }  // namespace trocar

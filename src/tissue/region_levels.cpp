@@ -22,7 +22,7 @@ std::uint32_t edge_between(const RegionLevel& level, Index a, Index b) {
 
 }  // namespace
 
-/// Up to date, of a node that has moved with the next level or is to.
+/// Interpolates the motion of a node from the next level, which it updates first.
 RegionTissue::Carried RegionTissue::carried(std::size_t level, Index node) {
     const RegionLevel& fine = levels_[level];
     Carried sum;
@@ -108,7 +108,7 @@ SymmetricBlock RegionTissue::damping_of(std::size_t level, std::uint32_t edge) c
     return length == 0.0 ? SymmetricBlock{} : block_of(path / length, tissue_->spring_arrays().damping[edge], 0.0);
 }
 
-/// Force of a spring on its i where the state stands.
+/// Force of a spring on its i at the current state.
 Eigen::Vector4d RegionTissue::pull(std::uint32_t edge) const {
     const NearSpring& spring = springs_[edge];
     const Matrix4X& position = tissue_->state().position;
@@ -118,8 +118,8 @@ Eigen::Vector4d RegionTissue::pull(std::uint32_t edge) const {
     return (spring.k + spring.offset / length) * path;
 }
 
-/// What an edge whose ends both sleep is for the next level, and on from there. Above level 0 it pulls by the offsets
-/// of its ends besides.
+/// Adds an edge with two interpolated ends to the levels above; `sign` -1 removes it. Above level 0 the force by the
+/// offsets of its ends is added as well.
 void RegionTissue::add_edge(std::size_t level, std::uint32_t edge, const SymmetricBlock& stiffness,
                             const SymmetricBlock& damping, double sign) {
     const RegionLevel& fine = levels_[level];
@@ -170,7 +170,7 @@ void RegionTissue::add_force(std::size_t level, Index node, const Eigen::Vector4
     }
 }
 
-/// A spring whose ends both sleep pulls that much more; the nodes of level 1 are reported with `report_pulls`.
+/// Adds a force change of a spring with two interpolated ends; `report_pulls` restricts it from level 1.
 void RegionTissue::add_pull(std::uint32_t spring, const Eigen::Vector4d& pull) {
     add_pull_at(levels_[0].i[spring], pull);
     add_pull_at(levels_[0].j[spring], -pull);
@@ -212,7 +212,7 @@ void RegionTissue::add_momentum(std::size_t level, Index node, const Eigen::Vect
     }
 }
 
-/// What a spring that sleeps pulls from now on is what it pulls where the state stands.
+/// Linearises an interpolated spring at the current state.
 void RegionTissue::take_pull(std::uint32_t spring, const SymmetricBlock& stiffness) {
     const RegionLevel& vertices = levels_[0];
     const Eigen::Vector4d apart =
@@ -292,7 +292,7 @@ void RegionTissue::interpolate(std::size_t level, Index node) {
         take_pull(edge, stiffness);
     }
     report_pulls();
-    ++moment_;  // other nodes have taken the momentum: what moves with them is no longer up to date
+    ++moment_;  // the momentum changed other nodes, so their interpolated nodes are out of date
     changed_ = true;
 }
 
@@ -323,7 +323,7 @@ double RegionTissue::relax(Index vertex) {
         add(now, block);
     }
     Eigen::Vector4d relaxed = Eigen::Vector4d::Zero();
-    constexpr double over = 1.7;  // successive over-relaxation; what is below 2 takes energy from springs at each visit
+    constexpr double over = 1.7;  // successive over-relaxation; a factor below 2 removes energy in every step
     const Matrix3 whole = full(block);
     if (whole.determinant() > 0.0) {
         relaxed.head<3>() = over * whole.inverse() * force.head<3>();
@@ -333,7 +333,7 @@ double RegionTissue::relax(Index vertex) {
         written_->mark(vertex);
         relaxed_ = further(vertex, before, relaxed_);
     }
-    // What the springs that sleep pull from now on: that of before, less what the vertex has given way.
+    // New forces of the interpolated springs: the previous ones minus the effect of the vertex's displacement.
     Eigen::Vector4d more = Eigen::Vector4d::Zero();
     for (std::size_t n = 0; n < around_.size(); ++n) {
         NearSpring& spring = springs_[vertices.edge_at[first + n]];
@@ -358,12 +358,12 @@ double RegionTissue::further(Index vertex, const Vector3& from, double path) {
     if (boxes_->has_opposite_tissue(body)) boxes_->extend(body, now);
     const double square = (now - from).squaredNorm();
     if (square <= path * path) return path;
-    // The surface between a vertex and its neighbours may meet what the vertex itself does not come near.
+    // The surface around a vertex may meet a body that the vertex itself does not come near.
     return boxes_->may_meet(body, from, now, 2.0 * longest_edge_[at(vertex)]) ? std::sqrt(square) : path;
 }
 
 bool RegionTissue::is_beside_others(Index vertex, double distance) const {
-    constexpr double edges = 3.0;  // one more than counts in `further`
+    constexpr double edges = 3.0;  // one more than in `further`
     const Vector3 place = tissue_->state().position.col(vertex).head<3>();
     return boxes_->may_meet(body_of_[at(vertex)], place, place, distance + edges * longest_edge_[at(vertex)]);
 }
@@ -375,7 +375,7 @@ double RegionTissue::take_path() {
 }
 
 void RegionTissue::start() {
-    // Sleeping as sums: places and forces come anew.
+    // Restricts mass, drag and edges of the active nodes. Positions and forces are recomputed below.
     for (RegionLevel& level : levels_) level.offset.setZero();
     for (std::size_t level = 0; level + 1 < levels_.size(); ++level) {
         RegionLevel& here = levels_[level];
@@ -395,7 +395,7 @@ void RegionTissue::start() {
         }
         here.active_nodes.clear();
     }
-    // Vertices take theirs from the levels above whenever they are examined in a new moment.
+    // Vertices take displacement and velocity from the levels above at their next update.
     for (std::size_t level = 1; level < levels_.size(); ++level) {
         RegionLevel& here = levels_[level];
         here.displacement.setZero();

@@ -1,5 +1,5 @@
-// How RegionSystem finds a step's velocities: conjugate gradients on the convex function whose minimum the step is,
-// with what presses in it; friction is found around that.
+// Solution of a step of RegionSystem. Conjugate gradients and line searches minimise the convex function of the step,
+// which contains the normal contact forces. Friction is an outer iteration.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -39,8 +39,8 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     if (!known && vertices_.nodes > 0) begin_as_before(h, contacts);
     for (int round = 0; round < most_rounds; ++round) {
         take_rows(h, contacts);
-        // Which contacts press is found out among the vertices, where an iteration costs a third; the coarser nodes
-        // hardly change it then. Only while these are at rest: what they have changed by is no part of that search.
+        // The pressing contacts are found first among the vertices, where an iteration costs a third. Coarser nodes
+        // hardly affect them, but must not have changed yet, because that search ignores them.
         if (round == 0 && vertices_.nodes > 0) find_change(h, vertices_, tolerance, iterations, contacts);
         find_change(h, everything_, tolerance, iterations, contacts);
         show_velocities();
@@ -62,9 +62,9 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     for (const Index local : contacts.touched()) state.velocity.col(local).head<3>() = start_[at(contacts.spot(local))];
 }
 
-/// Stiff contacts give hundreds of times too much at velocities that are hardly off, so that a step cannot begin at
-/// those of the last one. It begins where the contacts give what they gave in it, as far as one step of the
-/// preconditioner finds that, and knows from there which of them press.
+/// Initial guess of the velocity change. At slightly wrong velocities stiff contacts exert forces hundreds of times too
+/// large, so the last velocities are unsuitable. The guess is one preconditioner step towards the rates at which the
+/// contacts exert their last forces. It determines which contacts press.
 void RegionSystem::begin_as_before(double h, TickContacts& contacts) {
     const std::span<const TickContact> all = contacts.all();
     const auto count = eigen_index(vertices_.nodes);
@@ -105,8 +105,8 @@ void RegionSystem::remember_forces(const TickContacts& contacts) {
               [](const Pressed& a, const Pressed& b) { return std::tie(a.id, a.force) < std::tie(b.id, b.force); });
 }
 
-/// What each contact gives for the rate that it has after the step, within bounds. That falls with the rate, so that
-/// the step is the minimum of a convex function and there is one answer.
+/// Sets the force of each contact as a bounded function of its rate after the step. The force falls with the rate, so
+/// that the step is the unique minimum of a convex function.
 void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
     const TissueState& state = tissue_->state();
     rows_.assign(contacts.all().size(), {});
@@ -122,7 +122,7 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
         if (known) {
             row.given = contact.held;
         } else {
-            // Negative damping from the velocity at the start of the step.
+            // Explicit (negative) damping acts at the velocity at the start of the step.
             contact.held = closed ? -contact.explicit_damping * rate : 0.0;
             if (closed || may_leave) {
                 const StepLaw law = contact.law(h);
@@ -135,13 +135,12 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
     }
 }
 
-/// N s/m, what the tangential spring of a contact, which has a critical damper, gives for the speed along the surface
-/// after the step.
+/// N s/m, force of the critically damped tangential spring per speed along the surface after the step.
 double RegionSystem::tangent_slope(double h, const TickContact& contact, const TickContacts& contacts) {
     return contacts.tangent_damping(contact) + h * contacts.given(contact).tangent_k;
 }
 
-/// A contact that sticks holds what it touches along the surface by its spring.
+/// Makes a contact stick: its tangential spring acts along the surface.
 void RegionSystem::stick(double h, std::size_t c, TickContacts& contacts) {
     const TickContact& contact = contacts.all()[c];
     const ContactForceLaw& source = contacts.given(contact);
@@ -152,8 +151,8 @@ void RegionSystem::stick(double h, std::size_t c, TickContacts& contacts) {
     row.stretched = source.tangent_k * contact.along_surface(contacts.slip(source.slip_key));
 }
 
-/// One that slides gives `most` (N) against `pull` (N), what its spring would give, and turns with it: the derivative
-/// of Coulomb's law there.
+/// Makes a contact slide with the force `most` (N) against `pull` (N), the force of its spring. The direction turns
+/// with the velocity, as in the derivative of Coulomb's law.
 void RegionSystem::slide(double h, std::size_t c, double most, const Vector3& pull, TickContacts& contacts) {
     stick(h, c, contacts);
     Row& row = rows_[c];
@@ -163,14 +162,14 @@ void RegionSystem::slide(double h, std::size_t c, double most, const Vector3& pu
     row.stretched = most / wanted * row.held(row.stretched, contacts.all()[c]) + most * row.slide;
 }
 
-/// What the contacts that hold along the surface put on the right side.
+/// Right side with the tangential forces of contacts.
 void RegionSystem::take_rows(double h, const TickContacts& contacts) {
     right_side_.leftCols(eigen_index(active_)) = whole_right_side_.leftCols(eigen_index(active_));
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const TickContact& contact = contacts.all()[c];
         const Row& row = rows_[c];
         if (!row.has_friction) continue;
-        Vector3 speed = -contact.surface;  // as the step begins
+        Vector3 speed = -contact.surface;  // at the start of the step
         for (std::size_t i = 0; i < at(contact.count); ++i) {
             speed += contact.weight[i] * start_[at(contacts.spot(contact.vertex[i]))];
         }
@@ -179,7 +178,7 @@ void RegionSystem::take_rows(double h, const TickContacts& contacts) {
     }
 }
 
-/// The preconditioner with the contacts that give way as they are now.
+/// Computes the preconditioner for the contacts that give way now.
 void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
     near_block_.clear();
     loose_inverse_.clear();
@@ -202,8 +201,7 @@ void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
         for (std::size_t i = 0; i < at(contact.count); ++i) {
             const double square = contact.weight[i] * contact.weight[i];
             Matrix3& block = near_block_[at(contacts.spot(contact.vertex[i]))];
-            // What presses on one vertex is in its block; what spans several is put right after the blocks, as far as
-            // there is room for it.
+            // Up to `most_coupled` contacts on several vertices are added by `couple`; all others go into the blocks.
             const double press = row.couples ? 0.0 : row.press;
             block += square * (press - rub) * contact.normal * contact.normal.transpose();
             block -= square * rub * row.slide * row.slide.transpose();
@@ -216,7 +214,7 @@ void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
     couple(contacts);
 }
 
-/// The same for one contact that has begun or ended to give way; `couple` after the last of them.
+/// Updates the preconditioner after one contact started or stopped giving way. Call `couple` after the last.
 void RegionSystem::change_block(double h, std::size_t c, const TickContacts& contacts) {
     const TickContact& contact = contacts.all()[c];
     Row& row = rows_[c];
@@ -231,8 +229,7 @@ void RegionSystem::change_block(double h, std::size_t c, const TickContacts& con
     }
 }
 
-/// For the preconditioner: (B + Jᵀ D J)⁻¹ with the blocks B and the contacts J that press on several vertices, by
-/// Woodbury's formula.
+/// Prepares the preconditioner (B + Jᵀ D J)⁻¹ by Woodbury's formula, with the blocks B and the coupled contacts J.
 void RegionSystem::couple(const TickContacts& contacts) {
     coupled_.clear();
     for (std::size_t c = 0; c < rows_.size(); ++c) {
@@ -260,7 +257,7 @@ void RegionSystem::couple(const TickContacts& contacts) {
     if (factor.info() != Eigen::Success) coupled_.clear();
 }
 
-/// A step of that length along the direction; then the residual preconditioned. Gives their product.
+/// Steps along the direction by `by`, then preconditions the residual. Returns residual · preconditioned.
 double RegionSystem::precondition(double by, const Part& part, const TickContacts& contacts) {
     const double product = kernels_->improve(part.nodes, by, direction_.data(), image_.data(), inverse_.data(),
                                              change_.data(), residual_.data(), preconditioned_.data());
@@ -292,21 +289,21 @@ double RegionSystem::precondition(double by, const Part& part, const TickContact
     return count > 0 ? kernels_->dot(part.nodes, preconditioned_.data(), residual_.data()) : product;
 }
 
-/// Whether the iterations may end. A stiff contact takes up what pushes it at hardly any rate, so that by blocks that
-/// contain it (`rho`) a residual of a tenth of all forces resembles nothing: what is open is measured by those
-/// without, and held against what the contacts give. `rho` has to fall as well: loads far from contacts are part of it.
+/// True if the iterations may end. A stiff contact absorbs an impulse at a very small rate, so that `rho`, from blocks
+/// with contacts, underestimates the residual. The residual is therefore measured by blocks without contacts and
+/// compared with the contact forces. `rho` must fall as well, because it includes loads far from contacts.
 bool RegionSystem::is_settled(double rho, double tolerance) const {
     double given = 0.0;
     for (const Row& row : rows_) given += row.now * row.now * row.square;
     const double square = tolerance * tolerance;
     constexpr double finely = 0.1 * 0.1;     // of the tolerance
-    constexpr double roughly = 0.03 * 0.03;  // of what there was at first
+    constexpr double roughly = 0.03 * 0.03;  // of the first residual
     if (open_ <= finely * square * (given + acts_)) return true;
     return open_ <= square * given && rho <= roughly * first_;
 }
 
-/// How far along the direction the function is least: its slope there is -`downhill` at 0 and rises by `curvature`,
-/// and by what the contacts give way, piece by piece. Newton's method within what is known to hold it.
+/// Step along the direction that minimises the convex function. Its slope is -`downhill` at 0 and rises by `curvature`,
+/// and piecewise by the contacts that give way. Newton's method with a bracket.
 double RegionSystem::step_length(double h, double downhill, double curvature) const {
     constexpr int most_steps = 60;
     constexpr double settled = 1e-12;
@@ -332,15 +329,14 @@ double RegionSystem::step_length(double h, double downhill, double curvature) co
     return step;
 }
 
-/// No direction: the last one may not be finite, and what is not part of the next search has to keep its change.
+/// Clears the direction: it may not be finite, and nodes outside the next search must keep their change.
 void RegionSystem::stand_still() {
     for (Matrix4X* vector : {&direction_, &image_}) vector->leftCols(eigen_index(nodes_.size())).setZero();
 }
 
-/// The minimum of a convex function, which the step is: quadratic but for the contacts, each of which gives way or not
-/// by where the change as it is takes it. Newton's method: conjugate gradients on the function with what gives way held
-/// to be as it is, then as far along what they have found as the function itself falls, so that there are no circles.
-/// From the change as it is; what is not part of it keeps its change.
+/// Minimises the convex function of the step, quadratic except for the limits of contacts. Newton's method: conjugate
+/// gradients with a fixed set of contacts that give way, then a line search on the function, which prevents cycles.
+/// Starts from the current change; nodes outside `part` keep theirs.
 void RegionSystem::find_change(double h, const Part& part, double tolerance, int iterations, TickContacts& contacts) {
     take_residual(h, part, contacts);
     take_blocks(h, contacts);
@@ -356,7 +352,7 @@ void RegionSystem::find_change(double h, const Part& part, double tolerance, int
     for (std::size_t c = 0; c < rows_.size(); ++c) contacts.all()[c].force = rows_[c].now;
 }
 
-/// What the change as it is leaves open, and what the contacts give there.
+/// Residual and contact forces at the current change.
 void RegionSystem::take_residual(double h, const Part& part, const TickContacts& contacts) {
     const auto count = eigen_index(part.nodes);
     const std::span<const TickContact> all = contacts.all();
@@ -381,8 +377,8 @@ void RegionSystem::take_residual(double h, const Part& part, const TickContacts&
     }
 }
 
-/// Conjugate gradients with the contacts that press held to do so at any force, the others not at all: until what is
-/// open is little, or is a part of what there was and a contact should have begun or ended to give way by then.
+/// Conjugate gradients with a fixed set of pressing contacts, whose forces are not limited. Ends when the residual is
+/// settled, or is reduced while a contact has left the set or should join it.
 RegionSystem::Descent RegionSystem::descend(const Part& part, double rho, double tolerance, int iterations,
                                             const TickContacts& contacts) {
     constexpr double enough = 0.3 * 0.3;
@@ -418,7 +414,7 @@ RegionSystem::Descent RegionSystem::descend(const Part& part, double rho, double
             if (row.yield == 0.0) continue;
             row.rate += step * row.along;
             if (row.press > 0.0) row.now = row.given - row.yield * row.rate;
-            // From nothing to its limit it does not give way at either.
+            // A contact that jumps from zero to its limit gives way at neither.
             const bool goes = row.press > 0.0 ? !row.gives_way() : row.force(row.rate) != row.now;
             descent.strays = descent.strays || goes;
         }
@@ -429,7 +425,7 @@ RegionSystem::Descent RegionSystem::descend(const Part& part, double rho, double
     return descent;
 }
 
-/// As far along what `descend` has found as the function falls.
+/// Line search on the function along the result of `descend`.
 void RegionSystem::go_along(double h, const Part& part, const TickContacts& contacts) {
     const std::span<const TickContact> all = contacts.all();
     const auto count = eigen_index(part.nodes);
@@ -463,8 +459,8 @@ void RegionSystem::go_along(double h, const Part& part, const TickContacts& cont
     couple(contacts);
 }
 
-/// Of pieces that nothing holds, what the iterations have left open of the momentum. One with a vertex that is held for
-/// the tick has what holds it to push against.
+/// Corrects the momentum of free pieces for the residual of the iterations. Skips pieces with a vertex held for the
+/// tick.
 void RegionSystem::close_momentum() {
     if (piece_inertia_.empty()) return;
     left_.setZero();
@@ -486,8 +482,8 @@ void RegionSystem::close_momentum() {
         [&](Eigen::Index n, Index piece) { change_.col(n).head<3>() += left_.col(piece) / piece_inertia_[at(piece)]; });
 }
 
-/// What each contact gives along the surface at the velocities that the last laws have led to, and its law there for
-/// the next ones. Gives how far the last laws were from Coulomb's, N.
+/// Evaluates the friction of each contact at the new velocities and linearises its law there. Returns the largest
+/// deviation of the previous laws from Coulomb's, N.
 double RegionSystem::rub(double h, TickContacts& contacts) {
     contacts.gather_anchor(true);
     const std::span<TickContact> all = contacts.all();
@@ -511,7 +507,7 @@ double RegionSystem::rub(double h, TickContacts& contacts) {
         if (!anchors) {
             row.stop_rubbing();
         } else if (part == 1.0 || pull.dot(row.slide) < 0.0) {
-            // What has been pushed back beyond its spring sticks: to slide the other way, it would be pushed on.
+            // A contact whose pull has reversed sticks: sliding the other way would accelerate it.
             stick(h, c, contacts);
         } else {
             slide(h, c, most, pull, contacts);
@@ -521,8 +517,7 @@ double RegionSystem::rub(double h, TickContacts& contacts) {
     return off;
 }
 
-/// Tangential springs after the step and its last `rub`: stretched by the way along the surface where they stick, as
-/// long as their force asks where they slide.
+/// Updates the stretch of the tangential springs after the last `rub`, see TickContacts::stretch.
 void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
     const TissueState& state = tissue_->state();
     for (std::size_t c = 0; c < contacts.all().size(); ++c) {

@@ -72,7 +72,7 @@ Index RegionSystem::number_of(std::size_t level, Index node) {
     return known;
 }
 
-/// Lists what is awake, the ghosts that it needs, and the edges with an end that is awake.
+/// Lists the active nodes, their ghosts, and the edges with an active end.
 void RegionSystem::list(double h) {
     std::vector<RegionLevel>& levels = region_->levels();
     for (const Node& entry : nodes_) number_[entry.level][at(entry.node)] = -1;
@@ -116,7 +116,7 @@ void RegionSystem::list(double h) {
             Ghost ghost{.number = n, .parent = {still, still, still}};
             for (std::size_t p = 0; p < 3; ++p) {
                 const Index parent = levels[level].parent[at(nodes_[n].node)][p];
-                // One that is awake and has no number has no say, nor has what this ghost pulls it by.
+                // An active parent without a number has only rounding for mass; it and its force are ignored.
                 if (levels[level + 1].fixed[at(parent)] != 0 || number_[level + 1][at(parent)] < 0) continue;
                 ghost.weight[p] = levels[level].weight[at(nodes_[n].node)][p];
                 if (ghost.weight[p] != 0.0) ghost.parent[p] = at(number_[level + 1][at(parent)]);
@@ -139,7 +139,7 @@ void RegionSystem::list(double h) {
             const Index other = here.other_end(edge, node);
             const bool no_part = here.fixed[at(other)] != 0 || number_[level][at(other)] < 0;
             const std::size_t to = no_part ? still : at(number_[level][at(other)]);
-            if (to < n) continue;  // listed from there
+            if (to < n) continue;  // listed with the other end
             RegionEdge& entry = edges_.emplace_back();
             entry.own = static_cast<Index>(n);
             entry.other = static_cast<Index>(to);
@@ -177,7 +177,7 @@ void RegionSystem::list(double h) {
     listed_for_ = h;
 }
 
-/// Sets aside the blocks that springs have a part in, by themselves or through ghosts: the others stay as they are.
+/// Separates the blocks with springs, direct or through ghosts, from the others, which stay constant.
 void RegionSystem::sort_blocks() {
     is_pulled_.assign(nodes_.size() + 1, 0);
     for (std::size_t n = 0; n < nodes_.size(); ++n) is_pulled_[n] = nodes_[n].level == 0 ? 1 : 0;
@@ -246,7 +246,7 @@ void RegionSystem::prepare(double h) {
         const double beta = std::max(0.0, h * h * tension * inverse);
         const double alpha = length == 0.0 ? 0.0 : h * (spring.damping + h * spring.k) - beta;
         const Vector3 still = Vector3::Zero();
-        // What does not move in the step keeps its place, whatever its velocity is.
+        // A vertex that is held in the step keeps its position, whatever its velocity.
         const Vector3 vi = state.velocity.col(i).head<3>();
         const Vector3 vj = state.velocity.col(j).head<3>();
         const Vector3 opening = (state.moves(j) ? vj : still) - (state.moves(i) ? vi : still);
@@ -288,7 +288,7 @@ void RegionSystem::invert(std::size_t node, const Matrix3& block) {
     }
 }
 
-/// Ghosts move as the nodes do that they sleep with.
+/// Interpolates ghosts from their parents.
 void RegionSystem::prolongate(Matrix4X& vector) const {
     for (std::size_t n = ghosts_.size(); n-- > 0;) {
         const Ghost& ghost = ghosts_[n];
@@ -298,7 +298,7 @@ void RegionSystem::prolongate(Matrix4X& vector) const {
     }
 }
 
-/// What ghosts are pushed by pushes those nodes.
+/// Restricts ghosts to their parents, the transpose of prolongate.
 void RegionSystem::restrict_to_coarse(Matrix4X& vector) const {
     for (const Ghost& ghost : ghosts_) {
         for (std::size_t p = 0; p < 3; ++p) {
@@ -307,10 +307,9 @@ void RegionSystem::restrict_to_coarse(Matrix4X& vector) const {
     }
 }
 
-/// image_ = A direction_ without what presses, where image_ has what the inertia of the nodes makes of it; of that
-/// part.
+/// image_ = A direction_ for a part, without pressing contacts. On entry image_ holds the product with the inertia.
 void RegionSystem::multiply(const Part& part, const TickContacts& contacts) {
-    const bool with_ghosts = part.nodes == active_;  // they move as coarser nodes do
+    const bool with_ghosts = part.nodes == active_;  // ghosts move with coarser nodes
     if (with_ghosts) prolongate(direction_);
     for (std::size_t n = active_; n <= nodes_.size(); ++n) image_.col(eigen_index(n)).setZero();
     kernels_->multiply(std::span(edges_).first(part.edges), direction_.data(), image_.data());

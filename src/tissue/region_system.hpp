@@ -1,5 +1,5 @@
-// One linearly implicit Euler step of all nodes that are awake in a RegionTissue, contacts in the same linear system:
-// what presses adds its damper and its spring to the matrix, so that hundreds of contacts cost a few products with it.
+// Linearly implicit Euler step of all active nodes of a RegionTissue, with the contacts in the same linear system. A
+// pressing contact adds its damper and spring to the matrix, so that hundreds of contacts cost few products with it.
 #pragma once
 
 #include <Eigen/Dense>
@@ -15,9 +15,9 @@
 
 namespace trocar {
 
-/// A spring of a vertex that is awake: what SpringArrays have of it, side by side with the others of the region.
+/// A spring with an active vertex: its entries of SpringArrays, contiguous for the region.
 struct RegionSpring {
-    Index i = -1;  ///< of the state
+    Index i = -1;  ///< vertex of the state
     Index j = -1;
     double k = 0.0;             ///< N/m
     double offset = 0.0;        ///< N
@@ -30,19 +30,18 @@ class RegionSystem {
 public:
     RegionSystem(MovingTissue& tissue, RegionTissue& region);
 
-    /// Linearises what is awake for a step of h (s).
+    /// Linearises the active nodes for a step of h (s).
     void prepare(double h);
-    /// Finds the change of all velocities and what every contact gives: what is left open is at most `tolerance` of
-    /// what the contacts give, or a tenth of that of all that acts. `known`: the normal forces are what the contacts
-    /// hold.
+    /// Computes the change of all velocities and the force of every contact. The residual is at most `tolerance` times
+    /// the contact forces, or a tenth of that times all forces. `known`: the normal forces are prescribed by `held`.
     void solve(double h, bool known, double tolerance, int iterations, TickContacts& contacts);
-    /// Moves what is awake by its new velocities. Gives the furthest that a coordinate has gone, m; not finite where
-    /// the numbers are not.
+    /// Moves the active nodes by their new velocities. Returns the largest displacement of a coordinate, m; not finite
+    /// if a number is not.
     double move(double h);
-    /// What contacts gave in the last step has no part in the next one.
+    /// Discards the contact forces of the last step as initial guess.
     void forget() { pressed_.clear(); }
 
-    /// Springs of vertices that are awake.
+    /// Springs with an active vertex.
     [[nodiscard]] std::span<const RegionSpring> springs() const { return springs_; }
 
 private:
@@ -50,25 +49,25 @@ private:
         std::uint32_t level = 0;
         Index node = -1;
     };
-    /// A node that sleeps beside one that is awake: it moves as others do.
+    /// An interpolated node next to an active one; it moves with its parents.
     struct Ghost {
         std::size_t number = 0;
         std::array<std::size_t, 3> parent{};
         std::array<double, 3> weight{};
     };
-    /// How a contact acts in the matrix.
+    /// A contact in the matrix.
     struct Row {
-        /// N, on P along the normal, after a step that ends with this rate (m/s).
+        /// N, on P along the normal, if the step ends with this rate (m/s).
         [[nodiscard]] double force(double after) const { return std::clamp(given - yield * after, least, most); }
-        /// Whether that force depends on the rate.
+        /// True if that force depends on the rate.
         [[nodiscard]] bool gives_way(double after) const {
             const double wanted = given - yield * after;
             return yield > 0.0 && wanted > least && wanted < most;
         }
         [[nodiscard]] bool gives_way() const { return gives_way(rate); }
-        /// kg, what it adds along its normal to the matrix of a step of h (s).
+        /// kg, its contribution along the normal to the matrix of a step of h (s).
         [[nodiscard]] double pressing(double h) const { return gives_way() ? h * yield : 0.0; }
-        /// Of a vector what is along the surface and not the way it slides.
+        /// Component of a vector along the surface and perpendicular to the direction of sliding.
         [[nodiscard]] Vector3 held(const Vector3& vector, const TickContact& contact) const {
             return contact.along_surface(vector) - vector.dot(slide) * slide;
         }
@@ -83,19 +82,19 @@ private:
         double yield = 0.0;        ///< N s/m
         double least = 0.0;        ///< N
         double most = 0.0;         ///< N
-        double rate = 0.0;         ///< m/s, by the change as it is
-        double along = 0.0;        ///< m/s, what the direction adds to it
-        double start_rate = 0.0;   ///< m/s, where a search along a direction begins
-        double start_force = 0.0;  ///< N, there
-        double now = 0.0;          ///< N, at that rate
-        double press = 0.0;        ///< kg, along its normal, in the preconditioner and while a direction is searched
-        bool couples = false;      ///< presses on several vertices, which the preconditioner knows
-        double square = 0.0;       ///< kg m²/s² per N², of its force as residuals are measured without contacts
-        // Along the surface it gives -stretched - slope held(speed after the step).
+        double rate = 0.0;         ///< m/s, at the current change
+        double along = 0.0;        ///< m/s, its change per unit step along the direction
+        double start_rate = 0.0;   ///< m/s, at the start of a line search
+        double start_force = 0.0;  ///< N, at `start_rate`
+        double now = 0.0;          ///< N, at `rate`
+        double press = 0.0;        ///< kg, along the normal, in the preconditioner and in `descend`
+        bool couples = false;      ///< acts on several vertices and is part of `couple`
+        double square = 0.0;       ///< kg m²/s² per N², of its force in the residual norm without contacts
+        // The tangential force is -stretched - slope held(speed after the step).
         bool has_friction = false;
         double slope = 0.0;                   ///< N s/m
         Vector3 stretched = Vector3::Zero();  ///< N
-        Vector3 slide = Vector3::Zero();      ///< the way it slides; zero where it sticks
+        Vector3 slide = Vector3::Zero();      ///< unit direction of sliding; zero while it sticks
     };
     struct Pressed {
         std::uint64_t id = 0;  ///< of the contact
@@ -103,14 +102,14 @@ private:
     };
     struct Descent {
         int iterations = 0;
-        bool strays = false;  ///< a contact does not give what it was held to give
+        bool strays = false;  ///< a contact left its assumed state
     };
-    /// So many of the first nodes that are awake, and of the first edges those with an end among them.
+    /// The first `nodes` active nodes, and the first `edges` edges with an end among them.
     struct Part {
         std::size_t nodes = 0;
         std::size_t edges = 0;
     };
-    static constexpr std::size_t most_coupled = 256;  ///< a larger matrix takes longer to factor than a tick
+    static constexpr std::size_t most_coupled = 256;  ///< factoring a larger matrix takes longer than a tick
     void list(double h);
     void sort_blocks();
     Index number_of(std::size_t level, Index node);
@@ -134,7 +133,7 @@ private:
     void stick(double h, std::size_t c, TickContacts& contacts);
     void slide(double h, std::size_t c, double most, const Vector3& pull, TickContacts& contacts);
     void take_laws(double h, bool known, TickContacts& contacts);
-    /// What a contact gave in the last step, where it gave way in it.
+    /// Entry of a contact that gave way in the last step, or nullptr.
     [[nodiscard]] const Pressed* pressed_before(std::uint64_t id) const;
     void take_rows(double h, const TickContacts& contacts);
     void take_blocks(double h, const TickContacts& contacts);
@@ -148,12 +147,12 @@ private:
             act(number_[0][static_cast<std::size_t>(contact.vertex[i])], contact.weight[i]);
         }
     }
-    /// N s, of a contact along its normal on what it touches.
+    /// Adds an impulse (N s) of a contact along its normal to a vector of its vertices.
     void push(const TickContact& contact, double impulse, Matrix4X& vector) const {
         each_end(contact,
                  [&](Eigen::Index n, double weight) { vector.col(n).head<3>() += weight * impulse * contact.normal; });
     }
-    /// What a vector is along a contact's normal at P.
+    /// Component of a vector at P along the contact's normal.
     [[nodiscard]] double along(const TickContact& contact, const Matrix4X& vector) const {
         double sum = 0.0;
         each_end(contact,
@@ -164,40 +163,40 @@ private:
     MovingTissue* tissue_;
     RegionTissue* region_;
     const RegionKernels* kernels_;
-    std::vector<std::vector<Index>> number_;  ///< per level and node, -1: not in the system
-    std::vector<Node> nodes_;                 ///< awake ones first, then ghosts; the last number is what never moves
-    std::vector<Ghost> ghosts_;               ///< by level
+    std::vector<std::vector<Index>> number_;  ///< per level and node; -1: not in the system
+    std::vector<Node> nodes_;    ///< active ones first, then ghosts; number nodes_.size() stands for fixed nodes
+    std::vector<Ghost> ghosts_;  ///< by level
     std::size_t active_ = 0;
-    Part vertices_;                  ///< those that are awake
-    Part everything_;                ///< that is awake
+    Part vertices_;                  ///< active vertices
+    Part everything_;                ///< all active nodes
     std::vector<RegionEdge> edges_;  ///< springs first
     std::vector<RegionSpring> springs_;
-    std::vector<RegionEdge> stiff_edges_;    ///< those that are no springs, with h times their stiffness alone, N s/m
-    std::vector<Ghost> pulled_ghosts_;       ///< in whose blocks springs have a part
-    std::vector<std::size_t> pulled_nodes_;  ///< likewise, awake
+    std::vector<RegionEdge> stiff_edges_;    ///< edges above level 0 with h times their stiffness alone, N s/m
+    std::vector<Ghost> pulled_ghosts_;       ///< ghosts with springs in their blocks
+    std::vector<std::size_t> pulled_nodes_;  ///< active nodes with springs in their blocks
     std::vector<std::uint8_t> is_pulled_;    ///< per node
-    std::vector<double> inertia_;            ///< kg, mass + h drag; of awake ones
-    std::vector<SymmetricBlock> block_;      ///< of the nodes in whose blocks springs have a part
-    std::vector<SymmetricBlock> far_block_;  ///< without these springs
-    std::vector<double> inverse_;            ///< 12 a node
+    std::vector<double> inertia_;            ///< kg, mass + h drag; per active node
+    std::vector<SymmetricBlock> block_;      ///< of nodes with springs in their blocks
+    std::vector<SymmetricBlock> far_block_;  ///< without springs
+    std::vector<double> inverse_;            ///< 12 per node
     Matrix4X right_side_, whole_right_side_, change_, residual_, preconditioned_, direction_, image_;
-    Matrix4X start_change_, start_residual_;  ///< where a search along a direction begins
-    Matrix4X place_, speed_;                  ///< m and m/s, of nodes that are no vertices
+    Matrix4X start_change_, start_residual_;  ///< at the start of a line search
+    Matrix4X place_, speed_;                  ///< m and m/s, of nodes above level 0
     std::vector<Row> rows_;
-    std::vector<Pressed> pressed_;        ///< in the last step and gave way, by id
-    std::vector<std::size_t> moved_;      ///< contacts whose force the direction may change
-    std::vector<Vector3> start_;          ///< m/s, as the step begins, of touched vertices
-    std::vector<Matrix3> near_block_;     ///< likewise, with what contacts add
-    std::vector<Matrix3> loose_inverse_;  ///< of their blocks without contacts
-    std::vector<std::size_t> coupled_;    ///< contacts that press on several vertices
-    Eigen::MatrixXd coupling_;            ///< of these, its factor
+    std::vector<Pressed> pressed_;        ///< contacts that gave way in the last step, by id
+    std::vector<std::size_t> moved_;      ///< contacts whose rate changes along the direction
+    std::vector<Vector3> start_;          ///< m/s, of touched vertices at the start of the step
+    std::vector<Matrix3> near_block_;     ///< blocks of touched vertices with contacts
+    std::vector<Matrix3> loose_inverse_;  ///< inverse blocks of touched vertices without contacts
+    std::vector<std::size_t> coupled_;    ///< coupled contacts that press
+    Eigen::MatrixXd coupling_;            ///< their Cholesky factor
     Eigen::VectorXd coupled_push_;
-    Matrix3X left_;  ///< N s, per free piece
+    Matrix3X left_;  ///< N s, residual per free piece
     std::vector<double> piece_inertia_;
-    // Of the residual with itself, preconditioned, kg m²/s².
-    double first_ = 0.0;        ///< the largest that iterations of this step began with
-    double acts_ = 0.0;         ///< of the right side, without contacts
-    double open_ = 0.0;         ///< as it is, by the blocks without contacts
+    // Squared norms by the preconditioner, kg m²/s².
+    double first_ = 0.0;        ///< largest first residual of the iterations of this step
+    double acts_ = 0.0;         ///< of the right side without contacts
+    double open_ = 0.0;         ///< current residual, by blocks without contacts
     double listed_for_ = 0.0;   ///< s
     bool has_changed_ = false;  ///< `change_` is not 0
 };

@@ -16,7 +16,7 @@ Index operator_of(std::span<const DrivenOperator> operators, Index body) {
 
 }  // namespace
 
-/// Contacts that press on a hand without moving tissue.
+/// Collects the contacts that involve an operator and no tissue.
 void VirtualCouplings::collect(const Topology& topology, const Frame& frame, const ResponseOutput& output, double dt,
                                std::span<const DrivenOperator> operators) {
     const auto operator_velocity = [&](Index body) -> Vector3 {
@@ -66,8 +66,8 @@ double VirtualCouplings::rate(const Row& row, const Eigen::VectorXd& velocity) c
     return sum + row.offset;
 }
 
-/// (M + h Σ c Jᵀ J) v' = M v_free + h Σ F(offset) Jᵀ with c the slope of the law F and J = n on the pushed hand, −n on
-/// the other. Contacts that would pull leave the sum, open ones that would press join it; then it is solved again.
+/// Solves (M + h Σ c Jᵀ J) v' = M v_free + h Σ F(offset) Jᵀ; c is the slope of the law. J is n on the pushed operator
+/// and −n on the other. Repeats without contacts that would pull and with open ones that would press.
 void VirtualCouplings::solve(double h, std::span<const DrivenOperator> operators) {
     velocity_ = free_;
     constexpr int most_changes = 8;
@@ -151,7 +151,7 @@ void VirtualCouplings::advance(const Topology& topology, const Frame& frame, con
             if (row.minus >= 0) depth += moved(row.minus).dot(row.normal);
             depth -= step * h * row.offset;
             row.law = {row.stiffness, row.damping, depth, h, row.bilateral || row.adhesive};
-            // Negative damping from the velocity at the start of the sub-step.
+            // Explicit (negative) damping acts at the velocity at the start of the sub-step.
             const bool closed = row.bilateral || depth >= 0.0;
             if (closed) row.law.still -= row.explicit_damping * rate(row, start_);
             row.depth = depth;

@@ -1,5 +1,5 @@
-// The simulated operator that leads an instrument: a mass with damping and a virtual coupling towards the scripted
-// target, pushed back by contact (METHODS §11). Translation only; rotation and jaw follow the script.
+// Simulated operator of an instrument: a mass with damping and a virtual coupling to the scripted target, pushed back
+// by contact (METHODS §11). Translation only; rotation and jaw follow the script.
 #pragma once
 
 #include <Eigen/Cholesky>
@@ -17,41 +17,41 @@ struct OperatorState {
     Vector3 velocity = Vector3::Zero();  ///< m/s
 };
 
-/// One hand, the bodies it holds (they share its pose), and what becomes of it in a tick.
+/// One operator, the bodies that it moves (they share its pose), and its state over a tick.
 struct DrivenOperator {
     const OperatorModel* model = nullptr;
     std::span<const Index> bodies = {};
     Vector3 target = Vector3::Zero();           ///< m, world
     Vector3 target_velocity = Vector3::Zero();  ///< m/s
-    Wrench external = {};      ///< constant over the tick: what tissue gave back, and the output's own wrenches
+    Wrench external = {};      ///< constant over the tick: reaction of tissue, and the output's own wrenches
     OperatorState state = {};  ///< in and out
     Wrench load = {};          ///< out: mean of contacts and `external` over the tick, moments about the world origin
-    double work = 0.0;         ///< out: J, of that load on the hand, step by step
+    double work = 0.0;         ///< out: J, of `load` on the operator, summed over the sub-steps
 };
 
-/// Advances all hands over dt in `substeps` semi-implicit steps: virtual couplings and damping explicit, contacts
-/// implicit and solved for all hands together, so that two hands that press on each other do not both give way to the
-/// same depth. Contacts of the output act when they push vertices of a hand's bodies, or react on one of its bodies,
-/// without moving tissue; contacts with tissue come as DrivenOperator::external.
+/// Advances all operators over dt in `substeps` semi-implicit steps. Virtual couplings and damping are explicit.
+/// Contacts are implicit and solved for all operators together, because two opposing operators must not both yield to
+/// the same depth. Handles contacts of the output that involve an operator's bodies and no tissue. Contacts with tissue
+/// come as DrivenOperator::external.
 class VirtualCouplings {
 public:
-    /// `frame` gives the vertex velocities for which gaps and face velocities were written, and what of them hands gave
-    /// (operator_motion); what scripts move goes on within the tick. Writes to `loads`, one per
-    /// contact of the output, what the contacts gave that act here. Memory is kept.
+    /// `frame` holds the vertex velocities to which gaps and face velocities refer, and the operators' part of them
+    /// (operator_motion). Scripted motion continues within the tick. Writes the contact forces computed here to
+    /// `loads`, one entry per contact of the output.
     void advance(const Topology& topology, const Frame& frame, const ResponseOutput& output, double dt, int substeps,
                  std::span<DrivenOperator> operators, std::span<ContactForce> loads);
 
 private:
-    /// A contact as the hands see it: v_plus·n − v_minus·n + offset is its rate.
+    /// A contact between operators; its rate is v_plus·n − v_minus·n + offset.
     struct Row {
         std::size_t source = 0;  ///< contact of the output
-        Index plus = -1;         ///< hand that is pushed along the normal, -1: none
-        Index minus = -1;        ///< hand that takes the reaction
+        Index plus = -1;         ///< operator pushed along the normal, -1: none
+        Index minus = -1;        ///< operator that takes the reaction, -1: none
         Vector3 normal = Vector3::Zero();
         Vector3 plus_point = Vector3::Zero();
         Vector3 minus_point = Vector3::Zero();
         double first_depth = 0.0;  ///< m, at the start of the tick
-        double offset = 0.0;       ///< m/s, part of the rate that no hand gives
+        double offset = 0.0;       ///< m/s, part of the rate not due to operators
         double stiffness = 0.0;
         double damping = 0.0;           ///< >= 0, implicit
         double explicit_damping = 0.0;  ///< <= 0
