@@ -164,7 +164,7 @@ TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
         });
 }
 
-// ---------------------------------------------------------------- tools driven by a hand
+// ---------------------------------------------------------------- tools driven by an operator
 
 struct Tool {
     std::string name;

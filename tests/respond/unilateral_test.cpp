@@ -182,7 +182,8 @@ TEST(UnilateralOnBone, AToolLedThroughAPlateIsReportedToHavePassed) {
     EXPECT_EQ(record.summary.at("passed_through"), 1.0);
 }
 
-/// Two crossed shafts of 5 mm, one driven by a hand that would like to be `force` / 300 N/m below where they touch.
+/// Two crossed shafts of 5 mm, one driven by an operator that would like to be `force` / 300 N/m below where they
+/// touch.
 Record crossed_shafts(double force) {
     const std::string part = R"({"shape":"shaft","radius":0.0025,"length":0.1,"edge":0.002,"pose":[0,0,-0.05,0,0,0]})";
     return run_scene_with(rigid_scene(fmt::format(R"({{"name":"first","kind":"instrument","closed":true,"parts":[{}],

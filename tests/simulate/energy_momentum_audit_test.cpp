@@ -92,7 +92,7 @@ TEST(EnergyMomentumAudit, WhatDampersTakeIsWhatALooseSheetLoses) {
         const double lost = before - energy_of(sheet.scene.materials, sheet.frame);
         const auto figures = audit.figures();
         ASSERT_GT(lost, 1e-6);
-        // With many sub-steps only the audit' own integral is left.
+        // With many sub-steps only the audit's own integral is left.
         const double bound = substeps > 0 ? 0.005 : 0.05;
         EXPECT_NEAR(figures.at("dissipated_energy_j"), lost, bound * lost) << substeps;
         EXPECT_LT(figures.at("energy_residual_j"), 2.0 * bound * lost) << "at its worst, not at the end: " << substeps;

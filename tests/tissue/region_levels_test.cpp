@@ -1,4 +1,4 @@
-// What nodes of several levels pull each other by while some of them wake and fall interpolated.
+// What nodes of several levels pull each other by while some of them become active and interpolated.
 #include "tissue/region_levels.hpp"
 
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ protected:
         tissue.take_over(test::empty_output(s.topology), s.frame);
         return tissue;
     }
-    /// Operators a force on a node on to what it moves with.
+    /// Passes a force on a node on to what it moves with.
     void pass_on(std::size_t level, Index node, const Vector3& force, std::vector<Matrix3X>& to) {
         const RegionLevel& here = region.levels()[level];
         if (here.fixed[at(node)] != 0) return;

@@ -20,8 +20,7 @@ TEST(SideThread, DoesEachWorkOnceInAnotherThread) {
     };
     for (int n = 1; n <= 2000; ++n) {
         if (n % 3 != 0) side.rouse();
-        if (n % 100 == 0)
-            std::this_thread::sleep_for(std::chrono::milliseconds(1));  // long enough to fall interpolated
+        if (n % 100 == 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));  // long enough to fall asleep
         side.start(work);
         side.join();
         ASSERT_EQ(done, n);
