@@ -170,8 +170,8 @@ public:
         }
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         output.solver = this;
         output.solver_timing = settings_.timing;

@@ -53,8 +53,8 @@ public:
         stamp_ = 0;
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         surface_.measure(*topology_, frame.position);
         regions_.find(*topology_, surface_, frame, contacts.pairs);

@@ -45,8 +45,8 @@ public:
         if (grasps()) grasp_.prepare(topology, materials, settings_.grasping);
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         if (grasps()) hold_grasped(frame, dt, contacts, output);
         for (const Contact& contact : contacts.contacts) {
