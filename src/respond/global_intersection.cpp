@@ -263,7 +263,6 @@ ResponseEntry global_intersection_response() {
         "region",
         false);
     entry.parameters.insert(entry.parameters.end(), law.begin(), law.end());
-    entry.left = {{"settle_time", "it is named relaxation_time"}};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<GlobalIntersection>(Settings{.attraction = values.number("attraction"),
                                                              .drag = values.number("drag"),

@@ -386,7 +386,6 @@ ResponseEntry thesis_response() {
             generator);
     };
     entry.parameters = thesis_parameters();
-    entry.left = thesis_left_settings();
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Thesis>(read_thesis_settings(values));
     };

@@ -152,7 +152,6 @@ ResponseEntry unilateral_response() {
         number_parameter("release_time", "s", "0.05", 0.0, 10.0,
                          "time in which the force on a vertex that slips or is let go falls evenly to zero")};
     entry.parameters.insert(entry.parameters.end(), grasping.begin(), grasping.end());
-    entry.left = {{"settle_time", "it is named relaxation_time"}, {"skin", "it is named contact_offset"}};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Unilateral>(
             UnilateralSettings{.law = read_law_settings(values),
