@@ -39,11 +39,18 @@ copy_method(example.cpp my_detector.cpp detector my_detector)
 copy_method(example.cpp other.cpp detector careless
     "contacts.sort_pairs();" "contacts.sort_pairs(); if (contacts.pairs.size() > 20) contacts.pairs.pop_back();")
 copy_method(example_response.cpp my_response.cpp response my_response)
+# The example response of version 0.2, carried over as docs/migrating_0.3.md says.
+execute_process(COMMAND sed -E -f ${SOURCE_DIR}/docs/migrating_0.3.sed ${SOURCE_DIR}/tests/house/example_response_0.2.txt
+    OUTPUT_VARIABLE carried COMMAND_ERROR_IS_FATAL ANY)
+string(REPLACE "example_response()" "carried_response()" carried "${carried}")
+string(REPLACE "name = \"example\"" "name = \"carried\"" carried "${carried}")
+file(WRITE ${work}/project/carried.cpp "${carried}")
 file(READ ${SOURCE_DIR}/docs/LIBRARY.md library)
 code_block("${library}" "<!-- example: methods -->" cmake project)
 file(WRITE ${work}/project/CMakeLists.txt "${project}
 trocar_add_detector(careless other.cpp)
 trocar_add_detector(homeless NEEDS no::such_library)
+trocar_add_response(carried carried.cpp)
 trocar_known_gaps(gaps.json)
 ")
 file(WRITE ${work}/project/gaps.json "{\"detectors\": [
@@ -69,6 +76,15 @@ set(program ${work}/build/bin/trocar)
 expect(0 "ohc_clustered .*my_detector .*careless .*homeless +absent \\(library not found: no::such_library\\).*unilateral .*my_response "
     ${program} list)
 expect(0 "ohc_clustered . my_response, tracked_proximity" ${program} run i2t_poke --ticks 400 --response my_response)
+# The carried response does what the present one does.
+foreach(response carried my_response)
+    execute_process(COMMAND ${program} run i2t_poke --ticks 400 --response ${response} --json
+        OUTPUT_VARIABLE json COMMAND_ERROR_IS_FATAL ANY)
+    string(JSON hash_of_${response} GET "${json}" state_hash)
+endforeach()
+if(NOT hash_of_carried STREQUAL hash_of_my_response)
+    message(FATAL_ERROR "carried ends at ${hash_of_carried}, my_response at ${hash_of_my_response}")
+endif()
 expect(0 "my_detector . penalty, intersection" ${program} run i2t_poke --ticks 400 --detector my_detector --response penalty --contacts intersection)
 expect(0 "ohc_clustered . unilateral, tracked_proximity" ${program} run i2t_poke --ticks 5)
 expect(2 "homeless.*absent \\(library not found: no::such_library\\)" ${program} run i2t_poke --detector homeless)
