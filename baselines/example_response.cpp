@@ -34,9 +34,9 @@ public:
     //   - Never throw, never ask for memory after the first ticks (the lists of `output` keep theirs), leave frame and
     //     contacts alone. What is written must be finite, vertices must exist, weights sum to 1, normals be of
     //     length 1. A response that breaks this ends the run by name, `threw` or `not_finite`.
-    // `loads` says what each contact of the last effect gave; this law does not ask.
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    // `contact_forces` says what each contact of the last effect gave; this law does not ask.
+    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();  // it holds the last tick's
         for (const Contact& contact : contacts.contacts) {
             // What a source could not report is NaN or -1 (touching and coplanar triangles have no direction).

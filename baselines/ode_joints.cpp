@@ -170,8 +170,8 @@ public:
         }
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         output.solver = this;
         output.solver_timing = settings_.timing;
@@ -428,7 +428,6 @@ ResponseEntry ode_joints_response() {
     entry.name = "ode_joints";
     entry.library = "ODE";
     entry.version = TROCAR_ODE_VERSION;
-    entry.left = {{.setting = "steps", .replaced = "acts=substep, tick or held"}};
     entry.configuration = fmt::format("sizeof(dReal) {}; {}", sizeof(dReal), ode_configuration());
     entry.table_row = "D. Baraff et al";
     const auto choice = [](const char* name, const char* first, std::vector<std::string> choices, const char* meaning) {

@@ -159,7 +159,7 @@ def ablation(rows):
     stiffest = max({f["stiffness"] for f, _, _ in value}, key=float)
     top = {(f["law"], s): v for f, s, v in value
            if f["side information"] == "tracked_proximity" and f["look-ahead"] != "scripts" and f["stiffness"] == stiffest}
-    laws = sorted({law for law, _ in top})
+    laws = sorted({law for law, _ in top}, reverse=True)
     if len(laws) == 2:
         differences = [top[(laws[1], s)] - top[(laws[0], s)] for s in scenes]
         boot = sorted(math.exp(statistics.fmean(generator.choices(differences, k=len(differences))))

@@ -62,11 +62,11 @@ void ForceWithoutTouch::keep(Pair& pair, double force, double clearance) {
     pair.samples.push_back({force, clearance});
 }
 
-void ForceWithoutTouch::observe(const Frame& after, const ResponseOutput& output, std::span<const ContactForce> loads,
-                                const Bound& bound) {
+void ForceWithoutTouch::observe(const Frame& after, const ResponseOutput& output,
+                                std::span<const ContactForce> contact_forces, const Bound& bound) {
     for (Pair& pair : pairs_) pair.force = 0.0;
-    for (std::size_t c = 0; c < std::min(output.contacts.size(), loads.size()); ++c) {
-        const double force = loads[c].force.norm();
+    for (std::size_t c = 0; c < std::min(output.contacts.size(), contact_forces.size()); ++c) {
+        const double force = contact_forces[c].force.norm();
         if (output.contacts[c].bilateral() || force == 0.0) continue;
         const Index pair = pair_of(output.contacts[c]);
         if (pair < 0) {

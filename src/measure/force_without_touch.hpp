@@ -22,7 +22,7 @@ public:
     /// m, an upper bound of the clearance of two bodies on the frame of the call, 0 where one is inside the other.
     using Bound = std::function<double(Index body_a, Index body_b)>;
     /// Call after every tick with the frame after it, its effect and its contact forces.
-    void observe(const Frame& after, const ResponseOutput& output, std::span<const ContactForce> loads,
+    void observe(const Frame& after, const ResponseOutput& output, std::span<const ContactForce> contact_forces,
                  const Bound& bound);
 
     /// m, largest clearance over pairs and ticks with more than 1 % of the pair's peak force. A tick's clearance is the

@@ -39,13 +39,13 @@ public:
         selection_.prepare(topology, materials);
         response_->prepare(topology, materials);
     }
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> loads,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> contact_forces, ResponseOutput& output) override {
         const auto passes = [&](const Contact& contact) { return selection_.passes(frame, dt, contact); };
         const std::vector<Contact>& offered = contacts.contacts;
         const auto first_apart = std::find_if_not(offered.begin(), offered.end(), passes);
         if (first_apart == offered.end()) {
-            response_->respond(frame, dt, contacts, loads, output);
+            response_->respond(frame, dt, contacts, contact_forces, output);
             return;
         }
         selected_.pairs = contacts.pairs;
@@ -54,7 +54,7 @@ public:
         selected_.truncated = contacts.truncated;
         selected_.contacts.assign(offered.begin(), first_apart);
         std::copy_if(std::next(first_apart), offered.end(), std::back_inserter(selected_.contacts), passes);
-        response_->respond(frame, dt, selected_, loads, output);
+        response_->respond(frame, dt, selected_, contact_forces, output);
         output.skip(SkipReason::apart, static_cast<std::int64_t>(offered.size() - selected_.contacts.size()));
     }
 

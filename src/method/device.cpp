@@ -47,16 +47,4 @@ std::string text_of(const TipSettings& device) {
                        device.saturation, device.rate_limit, device.filter, device.ramp);
 }
 
-const std::vector<LeftSetting>& left_every_response() {
-    static const std::vector<LeftSetting> left{
-        {"tip", "give the run's device, --device tip=…"},
-        {"tip_saturation", "give the run's device, --device saturation=…"},
-        {"tip_rate", "give the run's device, --device rate=…"},
-        {"tip_filter", "give the run's device, --device filter=…"},
-        {"tip_ramp", "give the run's device, --device ramp=…"},
-        {"velocity_filter",
-         "nothing takes its place, since gaps are reported at the start of the tick by the velocities of the frame"}};
-    return left;
-}
-
 }  // namespace trocar

@@ -23,7 +23,4 @@ TipSettings read_device(const std::map<std::string, std::string>& given);
 /// Every setting as read_device reads it, in the order of device_parameters().
 std::string text_of(const TipSettings& device);
 
-/// What every response had once and what replaced it: mostly the device.
-const std::vector<LeftSetting>& left_every_response();
-
 }  // namespace trocar

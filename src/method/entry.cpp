@@ -9,6 +9,7 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/number_text.hpp"
+#include "scene/retired_names.hpp"
 
 namespace trocar {
 namespace {
@@ -22,18 +23,7 @@ bool contains(const std::vector<std::string>& list, std::string_view word) {
     return std::find(list.begin(), list.end(), word) != list.end();
 }
 
-/// Throws where the setting is one of those that left.
-void check_not_left(std::string_view method, const std::vector<LeftSetting>& left, std::string_view setting) {
-    for (const LeftSetting& one : left) {
-        if (one.setting != setting) continue;
-        const bool is_value = setting.find('=') != std::string_view::npos;
-        throw InputError(
-            fmt::format("{} has no {}'{}' any more: {}", method, is_value ? "" : "parameter ", setting, one.replaced));
-    }
-}
-
-void check(std::string_view method, const Parameter& parameter, const std::string& value,
-           const std::vector<LeftSetting>& left) {
+void check(std::string_view method, const Parameter& parameter, const std::string& value) {
     if (contains(parameter.words, value)) return;
     bool good = false;
     if (parameter.type == Parameter::Type::choice) {
@@ -43,9 +33,9 @@ void check(std::string_view method, const Parameter& parameter, const std::strin
                (parameter.type == Parameter::Type::number || *number == std::floor(*number));
     }
     if (!good) {
-        check_not_left(method, left, parameter.name + "=" + value);
         throw InputError(method, fmt::format("parameter '{}'", parameter.name), parameter.range(),
-                         fmt::format("'{}'", value));
+                         with_replacement(fmt::format("'{}'", value), NameKind::parameter, method,
+                                          fmt::format("{}={}", parameter.name, value)));
     }
 }
 
@@ -74,24 +64,22 @@ std::string Parameter::range() const {
 }
 
 ParameterValues::ParameterValues(std::string_view method, const std::vector<Parameter>& declared,
-                                 const std::map<std::string, std::string>& given,
-                                 const std::vector<LeftSetting>& left) {
+                                 const std::map<std::string, std::string>& given) {
     for (const Parameter& parameter : declared) {
         const auto found = given.find(parameter.name);
         const std::string& value = found == given.end() ? parameter.default_value : found->second;
-        check(method, parameter, value, left);
+        check(method, parameter, value);
         values_.emplace(parameter.name, value);
     }
     for (const auto& [key, value] : given) {
         if (values_.contains(key)) continue;
-        check_not_left(method, left, key);
         std::vector<std::string> known;
         known.reserve(declared.size());
         for (const Parameter& parameter : declared) known.push_back(parameter.name);
         throw InputError(
             method, fmt::format("parameter '{}'", key),
             known.empty() ? std::string("no parameters") : fmt::format("one of {}", fmt::join(known, ", ")),
-            fmt::format("'{}'", key));
+            with_replacement(fmt::format("'{}'", key), NameKind::parameter, method, key));
     }
 }
 

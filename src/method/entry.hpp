@@ -35,19 +35,13 @@ struct Parameter {
     [[nodiscard]] std::string range() const;
 };
 
-/// A setting that a method had once.
-struct LeftSetting {
-    std::string setting = {};   ///< name of a parameter, or PARAMETER=VALUE where that value alone has left
-    std::string replaced = {};  ///< what to do instead, for the line that the asking user gets
-};
-
 /// A method's settings after checking against its declarations: every declared parameter has a value.
 class ParameterValues {
 public:
-    /// Throws InputError that names the method, the parameter, what was expected and what was found; for what is
-    /// among `left` and no longer declared, one that names what replaced it.
+    /// Throws InputError that names the method, the parameter, what was expected and what was found, and the
+    /// replacement of a retired parameter or value.
     ParameterValues(std::string_view method, const std::vector<Parameter>& declared,
-                    const std::map<std::string, std::string>& given, const std::vector<LeftSetting>& left = {});
+                    const std::map<std::string, std::string>& given);
     [[nodiscard]] bool has(std::string_view name) const { return values_.find(name) != values_.end(); }
     [[nodiscard]] const std::string& text(std::string_view name) const;
     [[nodiscard]] double number(std::string_view name) const;  ///< NaN when the value is one of `words`
@@ -91,7 +85,6 @@ struct ResponseEntry {
     std::string same_as = {};  ///< where it is another method on tissue too, to the bit: one line; empty: nowhere
     bool control = false;      ///< holds others to account (CONTACT §5); never ranked, no method
     std::vector<Parameter> parameters = {};
-    std::vector<LeftSetting> left = {};  ///< what it had once; the registry adds what left every response
     std::function<std::unique_ptr<Response>(const ParameterValues&)> make = {};
 };
 
@@ -126,11 +119,7 @@ struct StepperEntry {
 /// What was given to an entry, checked. Throws as ParameterValues does.
 template <typename Entry>
 ParameterValues checked_values(const Entry& entry, const std::map<std::string, std::string>& given) {
-    if constexpr (requires { entry.left; }) {
-        return ParameterValues(entry.name, entry.parameters, given, entry.left);
-    } else {
-        return ParameterValues(entry.name, entry.parameters, given);
-    }
+    return ParameterValues(entry.name, entry.parameters, given);
 }
 
 /// Why a source cannot work from a detector's answer; empty when it can.

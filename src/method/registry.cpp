@@ -8,6 +8,7 @@
 #include "method/contact_selection.hpp"
 #include "method/device.hpp"
 #include "method/outside.hpp"
+#include "scene/retired_names.hpp"
 
 namespace trocar {
 
@@ -25,8 +26,8 @@ const Entry* find(const std::vector<Entry>& entries, std::string_view name) {
 }
 
 template <typename Entry>
-const Entry& look_up(std::string_view kind, const std::vector<Entry>& present, const std::vector<AbsentMethod>& absent,
-                     std::string_view name) {
+const Entry& look_up(NameKind name_kind, std::string_view kind, const std::vector<Entry>& present,
+                     const std::vector<AbsentMethod>& absent, std::string_view name) {
     if (const Entry* entry = find(present, name)) return *entry;
     if (const AbsentMethod* entry = find(absent, name)) {
         throw InputError(kind, "", fmt::format("a {} that this build has", kind),
@@ -35,7 +36,8 @@ const Entry& look_up(std::string_view kind, const std::vector<Entry>& present, c
     std::vector<std::string> known;
     known.reserve(present.size());
     for (const Entry& entry : present) known.push_back(entry.name);
-    throw InputError(kind, "", fmt::format("one of {}", fmt::join(known, ", ")), fmt::format("'{}'", name));
+    throw InputError(kind, "", fmt::format("one of {}", fmt::join(known, ", ")),
+                     with_replacement(fmt::format("'{}'", name), name_kind, "", name));
 }
 
 }  // namespace
@@ -56,8 +58,6 @@ void Registry::add(DetectorEntry entry) {
 
 void Registry::add(ResponseEntry entry) {
     check_new("response", entry.name);
-    const std::vector<LeftSetting>& left = left_every_response();
-    entry.left.insert(entry.left.end(), left.begin(), left.end());
     entry.parameters.push_back(look_ahead_parameter());
     responses_.push_back(std::move(entry));
 }
@@ -83,18 +83,20 @@ void Registry::add_absent_response(AbsentMethod absent) {
 }
 
 const DetectorEntry& Registry::detector(std::string_view name) const {
-    return look_up("detector", detectors_, absent_detectors_, name);
+    return look_up(NameKind::detector, "detector", detectors_, absent_detectors_, name);
 }
 
 const ResponseEntry& Registry::response(std::string_view name) const {
-    return look_up("response", responses_, absent_responses_, name);
+    return look_up(NameKind::response, "response", responses_, absent_responses_, name);
 }
 
 const ContactGeneratorEntry& Registry::contact_generator(std::string_view name) const {
-    return look_up("contact generator", contact_generators_, {}, name);
+    return look_up(NameKind::contact_generator, "contact generator", contact_generators_, {}, name);
 }
 
-const StepperEntry& Registry::stepper(std::string_view name) const { return look_up("stepper", steppers_, {}, name); }
+const StepperEntry& Registry::stepper(std::string_view name) const {
+    return look_up(NameKind::stepper, "stepper", steppers_, {}, name);
+}
 
 const StepperEntry& Registry::default_stepper() const {
     for (const StepperEntry& entry : steppers_) {

@@ -25,11 +25,11 @@ public:
     /// Once per run. Topology and materials outlive the response's use of them.
     virtual void prepare(const Topology& topology, const Materials& materials) = 0;
     /// Once per tick. `contacts` holds in contacts.contacts what ContactSelection passes on of the run's generator. A
-    /// positive gap is an open contact: a force law for it acts from the sub-step on in which the gap closes. loads[i]:
-    /// what contact i of the last tick's effect gave; empty at tick 0 and where no stepper ran. `output` holds the last
-    /// tick's, is cleared by the callee and was sized by the caller.
-    virtual void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> loads,
-                         ResponseOutput& output) = 0;
+    /// positive gap is an open contact: a force law for it acts from the sub-step on in which the gap closes.
+    /// contact_forces[i]: what contact i of the last tick's effect gave; empty at tick 0 and where no stepper ran.
+    /// `output` holds the last tick's, is cleared by the callee and was sized by the caller.
+    virtual void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                         std::span<const ContactForce> contact_forces, ResponseOutput& output) = 0;
 };
 
 }  // namespace trocar

@@ -79,7 +79,7 @@ public:
     /// tissue's.
     [[nodiscard]] virtual const std::vector<Range>* moved() const { return nullptr; }
     /// One per contact of its effect; zero for contacts that no tissue takes part in.
-    [[nodiscard]] virtual std::span<const ContactForce> loads() const = 0;
+    [[nodiscard]] virtual std::span<const ContactForce> contact_forces() const = 0;
     [[nodiscard]] virtual double max_strain() const = 0;           ///< largest of an edge, 1 = doubled length
     [[nodiscard]] virtual std::int64_t limited_edges() const = 0;  ///< edges that the strain limit acted on
     /// m, no vertex that may have met another body on the way has gone further, position corrections included; 0 before

@@ -68,11 +68,11 @@ void add_found(const std::vector<Contact>& contacts, const Matrix3X& position, s
 void add_acting(const Topology& topology, const Simulation& simulation, const Matrix3X& position,
                 std::vector<PlayedContact>& played) {
     const ResponseOutput& output = simulation.output();
-    const std::vector<ContactForce>& loads = simulation.contact_forces();
-    for (std::size_t c = 0; c < output.contacts.size() && c < loads.size(); ++c) {
+    const std::vector<ContactForce>& contact_forces = simulation.contact_forces();
+    for (std::size_t c = 0; c < output.contacts.size() && c < contact_forces.size(); ++c) {
         const ContactForceLaw& contact = output.contacts[c];
         // Within the query distance, apart and without a force: nothing acts.
-        if (contact.gap >= 0.0 && loads[c].force.squaredNorm() == 0.0) continue;
+        if (contact.gap >= 0.0 && contact_forces[c].force.squaredNorm() == 0.0) continue;
         const ContactPoint pushed{contact.vertices, contact.weights};
         PlayedContact one{.kind = ActingKind::pushed, .body = topology.body_of_vertex(any_vertex(contact.vertices))};
         one.other = contact.reaction_body >= 0 ? contact.reaction_body
@@ -80,7 +80,7 @@ void add_acting(const Topology& topology, const Simulation& simulation, const Ma
         one.point = pushed.blend(position);
         one.normal = contact.normal;
         one.depth = std::max(0.0, -contact.gap);
-        one.force = loads[c].force;
+        one.force = contact_forces[c].force;
         played.push_back(one);
     }
     for (Index vertex = 0; vertex < static_cast<Index>(output.held_force.cols()); ++vertex) {

@@ -53,8 +53,8 @@ public:
         stamp_ = 0;
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         surface_.measure(*topology_, frame.position);
         regions_.find(*topology_, surface_, frame, contacts.pairs);
@@ -263,7 +263,6 @@ ResponseEntry global_intersection_response() {
         "region",
         false);
     entry.parameters.insert(entry.parameters.end(), law.begin(), law.end());
-    entry.left = {{"settle_time", "it is named relaxation_time"}};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<GlobalIntersection>(Settings{.attraction = values.number("attraction"),
                                                              .drag = values.number("drag"),

@@ -32,8 +32,8 @@ public:
         proxies_.prepare(topology, materials, settings_.radius);
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         proxies_.respond(*topology_, *materials_, laws_, frame, contacts, output);
         for (ContactForceLaw& tip : output.contacts) report_at_start(*topology_, frame, dt, tip);

@@ -10,7 +10,7 @@ class None final : public Response {
 public:
     void prepare(const Topology& /*topology*/, const Materials& /*materials*/) override {}
     void respond(const Frame& /*frame*/, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
     }
 };

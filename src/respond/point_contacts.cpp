@@ -243,7 +243,7 @@ void PointResponse::prepare(const Topology& topology, const Materials& materials
 }
 
 void PointResponse::respond(const Frame& frame, double dt, const ContactSet& contacts,
-                            std::span<const ContactForce> /*loads*/, ResponseOutput& output) {
+                            std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) {
     output.clear();
     output.solver = solver_.get();
     output.solver_timing = settings_.timing;

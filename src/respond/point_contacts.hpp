@@ -88,8 +88,8 @@ public:
     explicit PointResponse(const Settings& settings, std::unique_ptr<SubstepSolver> solver = nullptr)
         : settings_(settings), solver_(std::move(solver)) {}
     void prepare(const Topology& topology, const Materials& materials) final;
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> loads,
-                 ResponseOutput& output) final;
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> contact_forces, ResponseOutput& output) final;
     [[nodiscard]] std::map<std::string, double> values_in_force() const override {
         return solver_ == nullptr ? laws_.values_in_force() : std::map<std::string, double>{};
     }

@@ -54,8 +54,8 @@ public:
         proxies_.prepare(topology, materials, TipProxies::default_radius);
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         output.contact_timing = settings().contact_timing;
         state_.begin(frame, dt);
@@ -386,7 +386,6 @@ ResponseEntry thesis_response() {
             generator);
     };
     entry.parameters = thesis_parameters();
-    entry.left = thesis_left_settings();
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Thesis>(read_thesis_settings(values));
     };

@@ -30,23 +30,6 @@ std::vector<Parameter> thesis_parameters() {
     return list;
 }
 
-std::vector<LeftSetting> thesis_left_settings() {
-    std::vector<LeftSetting> left;
-    for (const char* setting :
-         {"projection", "squeeze", "settle_time", "anchor", "samples", "approach", "slip_damping", "tear_time", "d_max",
-          "clear_speed", "rigid", "rigid_settle", "friction", "friction_k"}) {
-        left.push_back({setting, "take the response unilateral"});
-    }
-    left.push_back({"resolution", "it belongs to the profile; n_back=0 goes back to nothing"});
-    for (const char* setting :
-         {"reduction", "closest_point", "normal",     "stiffness",  "kappa",        "clamp",         "f_max",
-          "edges",     "path",          "reaction",   "e",          "rigid_tissue", "tissue_tissue", "e_tissue",
-          "grasp",     "grasp_k",       "grasp_slip", "jaw_length", "release_time", "tip_proxy"}) {
-        left.push_back({setting, "it belongs to the profile"});
-    }
-    return left;
-}
-
 ThesisSettings read_thesis_settings(const ParameterValues& values) {
     ThesisSettings s;
     s.profile = values.is("profile", "printed")     ? Profile::printed

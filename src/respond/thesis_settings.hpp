@@ -24,8 +24,6 @@ struct ThesisSettings {
 };
 
 std::vector<Parameter> thesis_parameters();
-/// What it had once, with what stands in its place.
-std::vector<LeftSetting> thesis_left_settings();
 ThesisSettings read_thesis_settings(const ParameterValues& values);
 
 }  // namespace trocar

@@ -45,8 +45,8 @@ public:
         if (grasps()) grasp_.prepare(topology, materials, settings_.grasping);
     }
 
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         if (grasps()) hold_grasped(frame, dt, contacts, output);
         for (const Contact& contact : contacts.contacts) {
@@ -152,7 +152,6 @@ ResponseEntry unilateral_response() {
         number_parameter("release_time", "s", "0.05", 0.0, 10.0,
                          "time in which the force on a vertex that slips or is let go falls evenly to zero")};
     entry.parameters.insert(entry.parameters.end(), grasping.begin(), grasping.end());
-    entry.left = {{"settle_time", "it is named relaxation_time"}, {"skin", "it is named contact_offset"}};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Unilateral>(
             UnilateralSettings{.law = read_law_settings(values),

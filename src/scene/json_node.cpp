@@ -35,6 +35,21 @@ std::string quoted(const std::string& text) {
     return "'" + escaped.substr(1, escaped.size() - 2) + "'";
 }
 
+std::string one_of(const std::vector<std::string>& words) {
+    return fmt::format("{}{}", words.size() > 1 ? "one of " : "", fmt::join(words, ", "));
+}
+
+/// Last segment of a JSON pointer that is no index; empty at the root.
+std::string_view nearest_key(std::string_view pointer) {
+    while (true) {
+        const std::size_t slash = pointer.rfind('/');
+        if (slash == std::string_view::npos) return {};
+        const std::string_view segment = pointer.substr(slash + 1);
+        if (segment.find_first_not_of("0123456789") != std::string_view::npos) return segment;
+        pointer = pointer.substr(0, slash);
+    }
+}
+
 /// Line and column (from 1) of a byte offset.
 std::string place_of(std::string_view text, std::size_t offset) {
     std::size_t line = 1;
@@ -184,13 +199,26 @@ void JsonNode::fail(std::string_view expected, std::string_view found) const {
     throw InputError(*file_, pointer_.empty() ? "/" : pointer_, expected, found);
 }
 
+JsonNode JsonNode::inside(const Json& value, std::string pointer) const {
+    JsonNode node(value, *file_, std::move(pointer));
+    node.key_kind_ = key_kind_;
+    return node;
+}
+
+JsonNode JsonNode::with_key_kind(NameKind kind) const {
+    JsonNode node = *this;
+    node.key_kind_ = kind;
+    return node;
+}
+
 void JsonNode::expect_keys(const std::vector<std::string>& known) const {
     if (!value_->is_object()) fail("an object");
     for (const auto& [key, unused] : value_->items()) {
         if (std::find(known.begin(), known.end(), key) != known.end()) continue;
         const std::string name = quoted(key);
         throw InputError(*file_, fmt::format("{}/{}", pointer_, name.substr(1, name.size() - 2)),
-                         fmt::format("one of {}", fmt::join(known, ", ")), name);
+                         fmt::format("one of {}", fmt::join(known, ", ")),
+                         key_kind_ ? with_replacement(name, *key_kind_, nearest_key(pointer_), key) : name);
     }
 }
 
@@ -198,7 +226,7 @@ JsonNode JsonNode::at(const std::string& key) const {
     if (!value_->is_object()) fail("an object");
     const auto found = value_->find(key);
     if (found == value_->end()) fail(fmt::format("the key '{}'", key), "none");
-    return {*found, *file_, fmt::format("{}/{}", pointer_, key)};
+    return inside(*found, fmt::format("{}/{}", pointer_, key));
 }
 
 std::optional<JsonNode> JsonNode::find(const std::string& key) const {
@@ -216,10 +244,18 @@ std::string JsonNode::text() const {
 }
 
 std::string JsonNode::word(const std::vector<std::string>& words) const {
-    const std::string expected = fmt::format("{}{}", words.size() > 1 ? "one of " : "", fmt::join(words, ", "));
+    const std::string expected = one_of(words);
     if (!value_->is_string()) fail(expected);
     if (std::find(words.begin(), words.end(), value_->get<std::string>()) == words.end()) fail(expected);
     return value_->get<std::string>();
+}
+
+std::string JsonNode::word(const std::vector<std::string>& words, NameKind kind) const {
+    if (value_->is_string() && std::find(words.begin(), words.end(), value_->get<std::string>()) == words.end()) {
+        const std::string found = with_replacement(shown(*value_), kind, "", value_->get<std::string>());
+        fail(one_of(words), found);
+    }
+    return word(words);
 }
 
 void JsonNode::expect_word(const std::string& word) const {
@@ -279,7 +315,7 @@ std::vector<JsonNode> JsonNode::list() const {
     std::vector<JsonNode> nodes;
     nodes.reserve(value_->size());
     for (std::size_t i = 0; i < value_->size(); ++i) {
-        nodes.emplace_back((*value_)[i], *file_, fmt::format("{}/{}", pointer_, i));
+        nodes.push_back(inside((*value_)[i], fmt::format("{}/{}", pointer_, i)));
     }
     return nodes;
 }

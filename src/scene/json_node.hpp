@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "geometry/types.hpp"
+#include "scene/retired_names.hpp"
 
 namespace trocar {
 
@@ -36,6 +37,9 @@ public:
     /// The JSON pointer, for messages that are not errors.
     [[nodiscard]] const std::string& place() const { return pointer_; }
 
+    /// The same value; an unknown key in it, or in what it holds, is reported with its replacement where it is a
+    /// retired name of that kind. Scope: the nearest enclosing key.
+    [[nodiscard]] JsonNode with_key_kind(NameKind kind) const;
     /// Throws unless this is an object that holds only keys of `known`.
     void expect_keys(const std::vector<std::string>& known) const;
     [[nodiscard]] bool has(const std::string& key) const { return value_->contains(key); }
@@ -53,6 +57,8 @@ public:
     [[nodiscard]] std::string text() const;
     /// One of `words`.
     [[nodiscard]] std::string word(const std::vector<std::string>& words) const;
+    /// One of `words`, which are names of that kind: a retired one is reported with its replacement.
+    [[nodiscard]] std::string word(const std::vector<std::string>& words, NameKind kind) const;
     /// Throws unless this is exactly `word`.
     void expect_word(const std::string& word) const;
     [[nodiscard]] bool flag() const;
@@ -68,9 +74,12 @@ public:
     [[nodiscard]] Vector3 vector3() const;
 
 private:
+    [[nodiscard]] JsonNode inside(const Json& value, std::string pointer) const;
+
     const Json* value_;
     const std::string* file_;
     std::string pointer_;
+    std::optional<NameKind> key_kind_;
 };
 
 }  // namespace trocar

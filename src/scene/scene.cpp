@@ -701,7 +701,7 @@ std::optional<Device> device_of(const std::optional<Motion>& motion) {
 Scene read_scene(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
     const std::string name = file.string();
     const Json document = parse_json(read_whole(file, "a scene file"), name);
-    const JsonNode root(document, name);
+    const JsonNode root = JsonNode(document, name).with_key_kind(NameKind::scene_key);
     root.expect_keys({"format", "name", "description", "unit", "dt", "ticks", "seed", "bodies", "contact"});
     root.at("format").expect_word(scene_format);
     Scene scene;

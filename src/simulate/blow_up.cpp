@@ -50,10 +50,10 @@ BlowUp::BlowUp(const Scene& scene) : scene_(&scene) {
 }
 
 Outcome BlowUp::judge(const Frame& seen, const Frame& after, const ContactSet& contacts, const ResponseOutput& output,
-                      std::span<const ContactForce> loads, std::span<const Wrench> reaction,
+                      std::span<const ContactForce> contact_forces, std::span<const Wrench> reaction,
                       const EnergyMomentumAudit& audit) {
     if (!scene_->has_tissue()) return {};
-    follow(seen, contacts, output, loads);
+    follow(seen, contacts, output, contact_forces);
     Outcome outcome = judge_force(output, reaction);
     if (outcome.ok()) outcome = judge_strain(after);
     if (outcome.ok()) outcome = judge_energy(audit);
@@ -61,12 +61,12 @@ Outcome BlowUp::judge(const Frame& seen, const Frame& after, const ContactSet& c
 }
 
 void BlowUp::follow(const Frame& seen, const ContactSet& contacts, const ResponseOutput& output,
-                    std::span<const ContactForce> loads) {
+                    std::span<const ContactForce> contact_forces) {
     if (!started_) first_depth_ = deepest_of(contacts);
     started_ = true;
-    touched_ =
-        touched_ || !output.position_corrections.empty() ||
-        std::any_of(loads.begin(), loads.end(), [](const ContactForce& load) { return !load.force.isZero(0.0); });
+    touched_ = touched_ || !output.position_corrections.empty() ||
+               std::any_of(contact_forces.begin(), contact_forces.end(),
+                           [](const ContactForce& load) { return !load.force.isZero(0.0); });
     move_ = furthest_move(seen, driven_);
     if (touched_) path_ += move_;
 }

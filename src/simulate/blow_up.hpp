@@ -32,7 +32,7 @@ public:
     /// Judges one tick before its frame replaces the last one; `audit` has observed it already. `reaction`: N, force of
     /// tissue on each body. Returns ok, or `unstable` with cause and figures. Allocates nothing while ok.
     Outcome judge(const Frame& seen, const Frame& after, const ContactSet& contacts, const ResponseOutput& output,
-                  std::span<const ContactForce> loads, std::span<const Wrench> reaction,
+                  std::span<const ContactForce> contact_forces, std::span<const Wrench> reaction,
                   const EnergyMomentumAudit& audit);
 
     static constexpr double work_factor = 10.0;
@@ -42,7 +42,7 @@ public:
 
 private:
     void follow(const Frame& seen, const ContactSet& contacts, const ResponseOutput& output,
-                std::span<const ContactForce> loads);
+                std::span<const ContactForce> contact_forces);
     Outcome judge_energy(const EnergyMomentumAudit& audit);
     [[nodiscard]] Outcome judge_strain(const Frame& after) const;
     [[nodiscard]] Outcome judge_force(const ResponseOutput& output, std::span<const Wrench> reaction) const;

@@ -91,7 +91,7 @@ double EnergyMomentumAudit::place(const ResponseOutput& output) {
 }
 
 void EnergyMomentumAudit::observe_tissue(const Frame& seen, const Frame& after, const ResponseOutput& output,
-                                         std::span<const ContactForce> loads, bool limited) {
+                                         std::span<const ContactForce> contact_forces, bool limited) {
     const Materials& materials = scene_->materials;
     const double dt = scene_->dt;
     if (!started_) {
@@ -143,11 +143,11 @@ void EnergyMomentumAudit::observe_tissue(const Frame& seen, const Frame& after, 
         impulses += dt * std::abs(share) * force.norm();
         return force.dot(path);
     };
-    for (std::size_t c = 0; c < std::min(loads.size(), output.contacts.size()); ++c) {
+    for (std::size_t c = 0; c < std::min(contact_forces.size(), output.contacts.size()); ++c) {
         const ContactForceLaw& contact = output.contacts[c];
-        const double by_mean = push(loads[c].force, contact.vertices, contact.weights) +
-                               push(-loads[c].force, contact.reaction_vertices, contact.reaction_weights);
-        const double done = std::isfinite(loads[c].work) ? loads[c].work : by_mean;
+        const double by_mean = push(contact_forces[c].force, contact.vertices, contact.weights) +
+                               push(-contact_forces[c].force, contact.reaction_vertices, contact.reaction_weights);
+        const double done = std::isfinite(contact_forces[c].work) ? contact_forces[c].work : by_mean;
         work += done;
         moved += std::abs(done);
     }
@@ -200,7 +200,7 @@ void EnergyMomentumAudit::observe_operator(std::size_t number, const DrivenOpera
                      impulse.norm() + dt * coupling.load.force.norm());
 }
 
-/// Adds the work of scripts and operators against the contact loads of their bodies. It is force · displacement of the
+/// Adds the work of scripts and operators against the contact forces of their bodies. It is force · displacement of the
 /// body-fixed point at the world origin + moment · rotation. Scripts move a body before detect, operators after it.
 void EnergyMomentumAudit::observe_tools(const Frame& seen, const Frame& after, std::span<const Wrench> body_load) {
     const Topology& topology = scene_->topology;
@@ -224,13 +224,13 @@ void EnergyMomentumAudit::observe_tools(const Frame& seen, const Frame& after, s
 }
 
 void EnergyMomentumAudit::observe(const Frame& seen, const Frame& after, const ResponseOutput& output,
-                                  std::span<const ContactForce> loads, std::span<const Wrench> body_load,
+                                  std::span<const ContactForce> contact_forces, std::span<const Wrench> body_load,
                                   std::span<const DrivenOperator> operators, bool limited) {
     for (std::size_t i = operator_before_.size(); i < operators.size(); ++i) {
         const Motion& script = *scene_->bodies[at(operators[i].bodies.front())].motion;
         operator_before_.push_back({script.pose_at(0.0).translation, Vector3::Zero()});
     }
-    if (has_tissue_) observe_tissue(seen, after, output, loads, limited);
+    if (has_tissue_) observe_tissue(seen, after, output, contact_forces, limited);
     for (std::size_t i = 0; i < operators.size(); ++i) observe_operator(i, operators[i]);
     observe_tools(seen, after, body_load);
 }

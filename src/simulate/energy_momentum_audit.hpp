@@ -30,16 +30,16 @@ public:
     /// The scene outlives the object.
     explicit EnergyMomentumAudit(const Scene& scene);
 
-    /// Audits one tick with outcome ok. `seen` is the frame that detect read, `after` the frame after the step. `loads`
-    /// has one entry per contact of the output, `body_load` one per body. `operators` are the operators after the tick;
-    /// `limited`: the strain limiter acted. Allocates nothing.
+    /// Audits one tick with outcome ok. `seen` is the frame that detect read, `after` the frame after the step.
+    /// `contact_forces` has one entry per contact of the output, `body_load` one per body. `operators` are the
+    /// operators after the tick; `limited`: the strain limiter acted. Allocates nothing.
     void observe(const Frame& seen, const Frame& after, const ResponseOutput& output,
-                 std::span<const ContactForce> loads, std::span<const Wrench> body_load,
+                 std::span<const ContactForce> contact_forces, std::span<const Wrench> body_load,
                  std::span<const DrivenOperator> operators, bool limited);
 
     /// J, gain of kinetic and elastic energy of tissue since the start; damper losses are not added.
     [[nodiscard]] double tissue_gain() const { return energy_ - first_energy_; }
-    /// J, sum over ticks of the absolute work of scripts and operators on contact loads and held position corrections.
+    /// J, sum over ticks of the absolute work of scripts and operators on contact forces and held position corrections.
     /// Forces on moving jaws cancel; such a tick adds an upper bound, the absolute work of all contacts, position
     /// corrections and held forces.
     [[nodiscard]] double absolute_work() const { return absolute_work_; }
@@ -60,7 +60,7 @@ private:
     };
 
     void observe_tissue(const Frame& seen, const Frame& after, const ResponseOutput& output,
-                        std::span<const ContactForce> loads, bool limited);
+                        std::span<const ContactForce> contact_forces, bool limited);
     void observe_operator(std::size_t number, const DrivenOperator& coupling);
     void observe_tools(const Frame& seen, const Frame& after, std::span<const Wrench> body_load);
     [[nodiscard]] double tissue_energy(const Matrix3X& position, const Matrix3X& velocity) const;

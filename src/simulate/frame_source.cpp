@@ -71,8 +71,8 @@ private:
 class DriverPush final : public Response {
 public:
     void prepare(const Topology& topology, const Materials& /*materials*/) override { topology_ = &topology; }
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         for (const Contact& contact : contacts.contacts) {
             if (!std::isfinite(contact.depth) || contact.vertex_a < 0 || contact.vertex_b < 0 ||

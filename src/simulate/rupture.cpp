@@ -29,13 +29,13 @@ bool Rupture::is_at_strain_limit(const Frame& frame, Index vertex) const {
     return springs_.largest_strain(*materials_, frame.position, vertex) >= at_limit * materials_->strain_limit;
 }
 
-std::int64_t Rupture::judge(const Frame& frame, const ResponseOutput& output, std::span<const ContactForce> loads,
-                            double dt) {
+std::int64_t Rupture::judge(const Frame& frame, const ResponseOutput& output,
+                            std::span<const ContactForce> contact_forces, double dt) {
     ++tick_;
     touched_now_.clear();
-    for (std::size_t c = 0; c < std::min(output.contacts.size(), loads.size()); ++c) {
+    for (std::size_t c = 0; c < std::min(output.contacts.size(), contact_forces.size()); ++c) {
         const ContactForceLaw& contact = output.contacts[c];
-        if (contact.bilateral() || !(loads[c].normal > 0.0)) continue;
+        if (contact.bilateral() || !(contact_forces[c].normal > 0.0)) continue;
         const Index vertex = heaviest(contact);
         if (vertex < 0 || topology_->bodies[at(topology_->body_of_vertex(vertex))].kind != BodyKind::tissue) continue;
         Strained& one = strained_[at(vertex)];
@@ -45,7 +45,7 @@ std::int64_t Rupture::judge(const Frame& frame, const ResponseOutput& output, st
             touched_now_.push_back(vertex);
         }
         one.gives_way =
-            one.gives_way || loads[c].at_limit || (contact.gap < -deep && is_at_strain_limit(frame, vertex));
+            one.gives_way || contact_forces[c].at_limit || (contact.gap < -deep && is_at_strain_limit(frame, vertex));
     }
     std::int64_t torn = 0;
     for (const Index vertex : touched_now_) {

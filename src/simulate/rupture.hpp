@@ -19,7 +19,7 @@ public:
     /// Call once per tick of `dt` (s) with the frame after it, its effect and its contact forces. Returns the number of
     /// tissue features torn in this tick. A feature counts at the vertex with the largest weight, once until it is out
     /// of contact.
-    std::int64_t judge(const Frame& frame, const ResponseOutput& output, std::span<const ContactForce> loads,
+    std::int64_t judge(const Frame& frame, const ResponseOutput& output, std::span<const ContactForce> contact_forces,
                        double dt);
 
     static constexpr double tear_time = 0.005;  ///< s, uninterrupted

@@ -61,9 +61,9 @@ struct Simulation::State {
     Rupture rupture;
     std::optional<EnergyMomentumAudit> audit;
     std::optional<BlowUp> blow_up;
-    std::vector<ContactForce> loads;  ///< per contact of `output`, of the last step
-    std::vector<Wrench> reaction;     ///< per body, of tissue
-    std::vector<Wrench> load;         ///< per body, mean over the tick
+    std::vector<ContactForce> contact_forces;  ///< per contact of `output`, of the last step
+    std::vector<Wrench> reaction;              ///< per body, of tissue
+    std::vector<Wrench> load;                  ///< per body, mean over the tick
     TipDisplay display;
     double deepest_edges = 0.0;          ///< m, edge-edge depth in the last tick
     bool query_distance_is_cut = false;  ///< in this tick
@@ -115,7 +115,7 @@ struct Simulation::State {
 
     void advance() {
         std::fill(reaction.begin(), reaction.end(), Wrench{});
-        loads.assign(output.contacts.size(), {});
+        contact_forces.assign(output.contacts.size(), {});
         if (stepper) {
             const std::string not_taken = why_not_taken(stepper_entry, scene.topology, output);
             if (!not_taken.empty()) outcome = {OutcomeKind::unsupported, not_taken};
@@ -123,9 +123,9 @@ struct Simulation::State {
             if (outcome.ok()) outcome = stepper->advance(output, scene.dt, seen, next, reaction);
             if (outcome.kind == OutcomeKind::unstable) explain_unstable();
             if (!outcome.ok()) return;
-            std::copy(stepper->loads().begin(), stepper->loads().end(), loads.begin());
+            std::copy(stepper->contact_forces().begin(), stepper->contact_forces().end(), contact_forces.begin());
         }
-        driver.advance(next.time, output, reaction, next, load, loads);
+        driver.advance(next.time, output, reaction, next, load, contact_forces);
     }
 
     /// Adds place and remedy to the stepper's outcome `unstable`, from the stable step at the start of the tick.
@@ -170,9 +170,9 @@ struct Simulation::State {
             whole_next = next;
             stepper->complete(whole_next);
         }
-        audit->observe(has_whole() ? whole_seen : seen, has_whole() ? whole_next : next, output, loads, load,
+        audit->observe(has_whole() ? whole_seen : seen, has_whole() ? whole_next : next, output, contact_forces, load,
                        driver.operators(), stepper && stepper->limited_edges() > 0);
-        outcome = blow_up->judge(seen, next, contacts, output, loads, reaction, *audit);
+        outcome = blow_up->judge(seen, next, contacts, output, contact_forces, reaction, *audit);
     }
 
     /// All three frames agree outside the vertices that can change.
@@ -228,7 +228,7 @@ struct Simulation::State {
         row.outcome = outcome.kind;
         if (!response || !outcome.ok()) return;
         show_load(row);
-        row.ruptures = rupture.judge(frame, output, loads, scene.dt);
+        row.ruptures = rupture.judge(frame, output, contact_forces, scene.dt);
         row.detached = output.detached;
         row.grasped = output.grasped;
         row.skipped = output.skipped;
@@ -268,7 +268,8 @@ StepRow Simulation::step() {
     if (s.wants_query_distance) s.note_deep_edges();
     s.copy_driven(s.seen, s.next);
     if (s.response) {
-        s.timed(Stage::respond, row, [&] { s.response->respond(s.seen, s.scene.dt, s.contacts, s.loads, s.output); });
+        s.timed(Stage::respond, row,
+                [&] { s.response->respond(s.seen, s.scene.dt, s.contacts, s.contact_forces, s.output); });
         if (s.outcome.ok()) s.outcome = check_output(s.scene.topology, s.output);
         // With scripts alone nothing is integrated, so the stage is not timed.
         if (s.stepper || s.driver.has_operator()) {
@@ -323,7 +324,7 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
     s.contacts.contacts.reserve(room);
     s.output.contacts.reserve(4 * room);
     s.output.position_corrections.reserve(room);
-    s.loads.reserve(4 * room);
+    s.contact_forces.reserve(4 * room);
     s.rupture.prepare(scene.topology, scene.materials);
     if (settings.watched && s.response) {
         s.audit.emplace(scene);
@@ -356,7 +357,7 @@ const Frame& Simulation::frame() const { return state_->frame; }
 const Frame& Simulation::whole_frame() const { return state_->has_whole() ? state_->whole_next : state_->frame; }
 const ContactSet& Simulation::contacts() const { return state_->contacts; }
 const ResponseOutput& Simulation::output() const { return state_->output; }
-const std::vector<ContactForce>& Simulation::contact_forces() const { return state_->loads; }
+const std::vector<ContactForce>& Simulation::contact_forces() const { return state_->contact_forces; }
 const std::vector<Wrench>& Simulation::body_loads() const { return state_->load; }
 const Outcome& Simulation::outcome() const { return state_->outcome; }
 std::map<std::string, double> Simulation::audit_figures() const {

@@ -33,10 +33,12 @@ void read_choices(const JsonNode& node, ClosedLoopPart& part) {
         if (responses[i].is_text()) continue;
         StudyMethod& response = part.responses[i];
         if (const auto chosen = responses[i].find("detectors")) {
-            for (const JsonNode& item : items_of(*chosen)) response.detectors.push_back(item.word(names));
+            for (const JsonNode& item : items_of(*chosen))
+                response.detectors.push_back(item.word(names, NameKind::detector));
         }
         if (const auto chosen = responses[i].find("contacts")) {
-            for (const JsonNode& item : items_of(*chosen)) response.contacts.push_back(item.word(part.contacts));
+            for (const JsonNode& item : items_of(*chosen))
+                response.contacts.push_back(item.word(part.contacts, NameKind::contact_generator));
         }
         if (const auto chosen = responses[i].find("steppers")) response.steppers = read_steppers(*chosen);
     }
@@ -193,7 +195,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     const SceneFiles files{file, shipped};
     const std::string file_name = file.string();
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
-    const JsonNode root(document, file_name);
+    const JsonNode root = JsonNode(document, file_name).with_key_kind(NameKind::study_key);
     expect_object(root,
                   {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes",
                    "replay", "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "cost_by_size",

@@ -131,7 +131,10 @@ void add_method(const std::string& text, Study& study) {
     const std::string name = text.substr(0, text.find(':'));
     const bool is_detector = knows(registry().detectors(), registry().absent_detectors(), name);
     if (!is_detector && !knows(registry().responses(), registry().absent_responses(), name)) {
-        throw InputError(flag, "", "a detector or response of trocar list", "'" + text + "'");
+        const bool was_detector = !replacement_of(NameKind::detector, "", name).empty();
+        throw InputError(
+            flag, "", "a detector or response of trocar list",
+            with_replacement("'" + text + "'", was_detector ? NameKind::detector : NameKind::response, "", name));
     }
     const StudyMethod method = read_method(node, is_detector);
     bool taken = false;
@@ -279,7 +282,7 @@ void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& metho
 std::string read_contact_generator(const JsonNode& node) {
     std::vector<std::string> names;
     for (const ContactGeneratorEntry& entry : registry().contact_generators()) names.push_back(entry.name);
-    return node.word(names);
+    return node.word(names, NameKind::contact_generator);
 }
 
 std::vector<std::string> read_steppers(const JsonNode& node) {
@@ -313,7 +316,7 @@ std::string read_device_of(const JsonNode& node) {
     if (node.is_text()) return text_of(read(node, node.text()));
     std::vector<std::string> known;
     for (const Parameter& parameter : device_parameters()) known.push_back(parameter.name);
-    node.expect_keys(known);
+    node.with_key_kind(NameKind::parameter).expect_keys(known);
     std::map<std::string, std::string> given;
     for (const std::string& key : node.keys()) {
         const JsonNode value = node.at(key);

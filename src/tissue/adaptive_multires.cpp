@@ -138,8 +138,8 @@ public:
     void complete(Frame& frame) const override {
         if (region_) region_->complete(frame);
     }
-    [[nodiscard]] std::span<const ContactForce> loads() const override {
-        return whole_ ? whole_->loads() : contacts_->loads();
+    [[nodiscard]] std::span<const ContactForce> contact_forces() const override {
+        return whole_ ? whole_->contact_forces() : contacts_->contact_forces();
     }
     [[nodiscard]] double max_strain() const override { return whole_ ? whole_->max_strain() : max_strain_; }
     [[nodiscard]] std::int64_t limited_edges() const override {

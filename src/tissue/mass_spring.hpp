@@ -64,7 +64,7 @@ public:
     [[nodiscard]] double max_strain() const { return tissue_.max_strain(); }
     [[nodiscard]] std::int64_t limited_edges() const { return tissue_.limited_edges(); }
     /// Result of each contact of the last advance's effect; zero for contacts without tissue.
-    [[nodiscard]] std::span<const ContactForce> loads() const { return solver_.contacts().loads(); }
+    [[nodiscard]] std::span<const ContactForce> contact_forces() const { return solver_.contacts().contact_forces(); }
     /// m, bound on the displacement of any vertex in the last advance, position corrections included.
     [[nodiscard]] double largest_move() const { return largest_move_; }
     /// Passes over all contacts in the last advance. Their bound per sub-step does not depend on the number of

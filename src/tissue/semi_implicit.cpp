@@ -22,7 +22,7 @@ public:
                     std::vector<Wrench>& reaction) override {
         return tissue_->advance(output, dt, from, to, reaction);
     }
-    [[nodiscard]] std::span<const ContactForce> loads() const override { return tissue_->loads(); }
+    [[nodiscard]] std::span<const ContactForce> contact_forces() const override { return tissue_->contact_forces(); }
     [[nodiscard]] double max_strain() const override { return tissue_->max_strain(); }
     [[nodiscard]] std::int64_t limited_edges() const override { return tissue_->limited_edges(); }
     [[nodiscard]] double largest_move() const override { return tissue_ ? tissue_->largest_move() : 0.0; }

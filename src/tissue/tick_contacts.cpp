@@ -49,7 +49,7 @@ TickContacts::TickContacts(Index vertex_count, std::size_t moving) {
     mean_normal_.reserve(usual);
     mean_friction_.reserve(usual);
     velocity_before_.reserve(moving);
-    loads_.reserve(usual);
+    contact_forces_.reserve(usual);
     predicted_.reserve(usual, moving);
 }
 
@@ -62,7 +62,7 @@ void TickContacts::collect(const ResponseOutput& output, const Frame& frame, con
     elapsed_ = 0.0;
     shifts_ = false;
     mean_normal_.assign(output.contacts.size(), Vector3::Zero());
-    loads_.assign(output.contacts.size(), {});
+    contact_forces_.assign(output.contacts.size(), {});
     mean_friction_.assign(output.contacts.size(), Vector3::Zero());
     // A contact that was absent from the last tick's effect starts with an unstretched tangential spring.
     std::erase_if(rubbing_, [this](Index v) { return --rubbed_[at(v)] == 0; });
@@ -72,7 +72,7 @@ void TickContacts::collect(const ResponseOutput& output, const Frame& frame, con
         entry.source = c;
         if (!enter(output.contacts[c], frame, state, late, entry)) continue;
         remember_slip(output.contacts[c], entry);
-        loads_[c].work = 0.0;
+        contact_forces_[c].work = 0.0;
         const auto touch = [this](Index local) {
             if (spot_[at(local)] >= 0) return;
             spot_[at(local)] = static_cast<Index>(touched_.size());
@@ -441,7 +441,7 @@ double TickContacts::shift(MovingTissue& tissue) {
     for (std::size_t t = 0; shifts_ && t < touched_.size(); ++t) {
         const Vector3& by = predicted_.shift(static_cast<Index>(t));
         if (by.isZero(0.0)) continue;
-        loads_[predicted_.shifted_by(static_cast<Index>(t)).source].work += tissue.put_aside(touched_[t], by);
+        contact_forces_[predicted_.shifted_by(static_cast<Index>(t)).source].work += tissue.put_aside(touched_[t], by);
         furthest = std::max(furthest, by.cwiseAbs().maxCoeff());
     }
     return furthest;
@@ -461,7 +461,7 @@ void TickContacts::finish_substep(double h, int substeps, const TissueState& sta
     for (TickContact& contact : contacts_) {
         const double speed = rate(contact, state);
         contact.depth -= h * speed + shift_of(contact).dot(contact.normal);
-        ContactForce& load = loads_[contact.source];
+        ContactForce& load = contact_forces_[contact.source];
         if (contact.solved) {
             // Work of an impulse: impulse times the mean of the velocities before and after.
             const Vector3 force = contact.force * contact.normal + contact.rubbed;
@@ -489,7 +489,7 @@ void TickContacts::finish_substep(double h, int substeps, const TissueState& sta
 void TickContacts::react(std::vector<Wrench>& reaction) {
     for (const TickContact& contact : contacts_) {
         const ContactForceLaw& source = output_->contacts[contact.source];
-        ContactForce& load = loads_[contact.source];
+        ContactForce& load = contact_forces_[contact.source];
         load.friction = mean_friction_[contact.source].norm();
         load.force = mean_normal_[contact.source] + mean_friction_[contact.source];
         if (source.reaction_body < 0) continue;

@@ -125,7 +125,7 @@ public:
     /// After the last sub-step: adds the opposite of the mean contact forces over the tick to `reaction`.
     void react(std::vector<Wrench>& reaction);
     /// Per contact of the output, complete after `react`; zero for contacts without tissue.
-    [[nodiscard]] std::span<const ContactForce> loads() const { return loads_; }
+    [[nodiscard]] std::span<const ContactForce> contact_forces() const { return contact_forces_; }
 
 private:
     bool enter(const ContactForceLaw& contact, const Frame& frame, const TissueState& state,
@@ -143,13 +143,13 @@ private:
     double elapsed_ = 0.0;  ///< s, since the start of the tick
     // Buffers keep the capacity of the largest contact count.
     std::vector<TickContact> contacts_;
-    std::vector<Vector3> mean_normal_;    ///< N, per contact of the output: vector mean of the normal force
-    std::vector<Vector3> mean_friction_;  ///< N, per contact of the output: vector mean of the friction
-    std::vector<ContactForce> loads_;     ///< per contact of the output
-    Matrix3X slip_;                       ///< m, per slip key (N at first): stretch of the tangential spring
-    std::vector<std::uint8_t> rubbed_;    ///< per slip key; 2: in contact in this tick, 1: in the last one, 0: neither
-    std::vector<Index> rubbing_;          ///< slip keys with rubbed_ > 0
-    std::vector<Anchor> anchor_;          ///< per slip key, of the sub-step
+    std::vector<Vector3> mean_normal_;          ///< N, per contact of the output: vector mean of the normal force
+    std::vector<Vector3> mean_friction_;        ///< N, per contact of the output: vector mean of the friction
+    std::vector<ContactForce> contact_forces_;  ///< per contact of the output
+    Matrix3X slip_;                             ///< m, per slip key (N at first): stretch of the tangential spring
+    std::vector<std::uint8_t> rubbed_;  ///< per slip key; 2: in contact in this tick, 1: in the last one, 0: neither
+    std::vector<Index> rubbing_;        ///< slip keys with rubbed_ > 0
+    std::vector<Anchor> anchor_;        ///< per slip key, of the sub-step
     std::vector<Index> touched_;
     std::vector<Index> spot_;               ///< per vertex of the state: index in touched_ or -1
     PredictedStep predicted_;               ///< last input of the solver; its columns are touched_

@@ -20,7 +20,7 @@ public:
                                         double dt, bool closely) const override;
     Outcome advance(const ResponseOutput& output, double dt, const Frame& from, Frame& to,
                     std::vector<Wrench>& reaction) final;
-    [[nodiscard]] std::span<const ContactForce> loads() const final { return contacts_->loads(); }
+    [[nodiscard]] std::span<const ContactForce> contact_forces() const final { return contacts_->contact_forces(); }
     [[nodiscard]] double max_strain() const final { return tissue_->max_strain(); }
     [[nodiscard]] std::int64_t limited_edges() const final { return tissue_->limited_edges(); }
     [[nodiscard]] double largest_move() const final { return largest_move_; }

@@ -115,7 +115,8 @@ void VirtualCouplings::solve(double h, std::span<const DrivenOperator> operators
 }
 
 void VirtualCouplings::advance(const Topology& topology, const Frame& frame, const ResponseOutput& output, double dt,
-                               int substeps, std::span<DrivenOperator> operators, std::span<ContactForce> loads) {
+                               int substeps, std::span<DrivenOperator> operators,
+                               std::span<ContactForce> contact_forces) {
     if (operators.empty()) return;
     const int steps = std::max(1, substeps);
     const double h = dt / steps;
@@ -130,7 +131,7 @@ void VirtualCouplings::advance(const Topology& topology, const Frame& frame, con
         operators[i].work = 0.0;
     }
     collect(topology, frame, output, dt, operators);
-    for (const Row& row : rows_) loads[row.source] = {};
+    for (const Row& row : rows_) contact_forces[row.source] = {};
     for (int step = 0; step < steps; ++step) {
         for (std::size_t i = 0; i < operators.size(); ++i) {
             const OperatorModel& model = *operators[i].model;
@@ -158,7 +159,7 @@ void VirtualCouplings::advance(const Topology& topology, const Frame& frame, con
         }
         solve(h, operators);
         for (const Row& row : rows_) {
-            ContactForce& load = loads[row.source];
+            ContactForce& load = contact_forces[row.source];
             load.at_limit = row.on && row.capped;
             if (!row.on) continue;
             const double pressed = row.capped ? row.force : row.law.force(rate(row, velocity_));

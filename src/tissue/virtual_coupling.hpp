@@ -37,9 +37,9 @@ class VirtualCouplings {
 public:
     /// `frame` holds the vertex velocities to which gaps and face velocities refer, and the operators' part of them
     /// (operator_motion). Scripted motion continues within the tick. Writes the contact forces computed here to
-    /// `loads`, one entry per contact of the output.
+    /// `contact_forces`, one entry per contact of the output.
     void advance(const Topology& topology, const Frame& frame, const ResponseOutput& output, double dt, int substeps,
-                 std::span<DrivenOperator> operators, std::span<ContactForce> loads);
+                 std::span<DrivenOperator> operators, std::span<ContactForce> contact_forces);
 
 private:
     /// A contact between operators; its rate is v_plus·n − v_minus·n + offset.

@@ -36,7 +36,7 @@ class Quitter final : public Response {
 public:
     void prepare(const Topology& /*topology*/, const Materials& /*materials*/) override {}
     void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         if (frame.tick == 5) throw std::runtime_error("had enough");
     }

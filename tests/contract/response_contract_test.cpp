@@ -63,7 +63,7 @@ const std::vector<Take>& takes(const std::string& source) {
 struct Instance {
     std::unique_ptr<Response> response;
     ResponseOutput output;
-    std::vector<ContactForce> loads;
+    std::vector<ContactForce> contact_forces;
 
     Instance(const std::string& method, const Topology& topology, const Materials& materials)
         : response(make_response(method)) {
@@ -73,8 +73,8 @@ struct Instance {
     /// No stepper runs: loads stay none.
     void respond(const Take& take, std::size_t tick) { respond(take, tick, take.contacts[tick]); }
     void respond(const Take& take, std::size_t tick, const ContactSet& contacts) {
-        response->respond(take.frames[tick], take.scene.dt, contacts, loads, output);
-        loads.assign(output.contacts.size(), {});
+        response->respond(take.frames[tick], take.scene.dt, contacts, contact_forces, output);
+        contact_forces.assign(output.contacts.size(), {});
     }
 };
 
@@ -457,8 +457,8 @@ std::string finite_on_hard_frames(const ResponseMethod& who) {
         const Materials materials = plain_materials(world.topology);
         one.response->prepare(world.topology, materials);
         for (int twice = 0; twice < 2; ++twice) {
-            one.response->respond(world.frame, 1e-3, contacts, one.loads, one.output);
-            one.loads.assign(one.output.contacts.size(), {});
+            one.response->respond(world.frame, 1e-3, contacts, one.contact_forces, one.output);
+            one.contact_forces.assign(one.output.contacts.size(), {});
             const Outcome done = check_output(world.topology, one.output);
             if (!done.ok()) failures += fmt::format("{}: {}\n", world.name, done.message);
         }
@@ -471,7 +471,7 @@ std::string nothing_allocated(const ResponseMethod& who) {
     if (allocation_count() < 0) return {};
     return over_takes(who, [&who](const Take& take) -> std::string {
         Instance one(who.method, take.scene.topology, take.scene.materials);
-        one.loads.reserve(1 << 14);
+        one.contact_forces.reserve(1 << 14);
         one.output.contacts.reserve(1 << 14);
         one.output.position_corrections.reserve(1 << 14);
         const std::unique_ptr<Stepper> tissue = stepper_for(take);
@@ -771,7 +771,7 @@ public:
     explicit Wrong(What what) : what_(what) {}
     void prepare(const Topology& topology, const Materials& /*materials*/) override { topology_ = &topology; }
     void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         if (frame.tick != 3) return;
         ContactForceLaw contact;

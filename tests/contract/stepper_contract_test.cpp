@@ -74,15 +74,16 @@ TEST_P(StepperContract, LoadsSumToTheReactionThatTheBodyGets) {
     Pressed p(GetParam());
     for (int tick = 0; tick < 30; ++tick) {
         p.step(tick);
-        const auto loads = p.stepper->loads();
-        ASSERT_EQ(loads.size(), p.output.contacts.size());
+        const auto contact_forces = p.stepper->contact_forces();
+        ASSERT_EQ(contact_forces.size(), p.output.contacts.size());
         Vector3 pressed = Vector3::Zero();
-        for (std::size_t c = 0; c < loads.size(); ++c) pressed += loads[c].normal * p.output.contacts[c].normal;
+        for (std::size_t c = 0; c < contact_forces.size(); ++c)
+            pressed += contact_forces[c].normal * p.output.contacts[c].normal;
         const Vector3 rubbed = -p.reaction[0].force - pressed;
-        EXPECT_NEAR(rubbed.norm(), loads[1].friction, 1e-12) << tick;
-        EXPECT_LE(loads[1].friction, 0.3 * loads[1].normal + 1e-12);
-        EXPECT_EQ(loads[0].friction + loads[2].friction, 0.0);
-        EXPECT_EQ(loads[1].slip > 0.0, loads[1].friction > 0.0) << tick;
+        EXPECT_NEAR(rubbed.norm(), contact_forces[1].friction, 1e-12) << tick;
+        EXPECT_LE(contact_forces[1].friction, 0.3 * contact_forces[1].normal + 1e-12);
+        EXPECT_EQ(contact_forces[0].friction + contact_forces[2].friction, 0.0);
+        EXPECT_EQ(contact_forces[1].slip > 0.0, contact_forces[1].friction > 0.0) << tick;
     }
 }
 
@@ -90,13 +91,13 @@ TEST_P(StepperContract, AContactAtItsLimitGivesExactlyThat) {
     Pressed p(GetParam());
     for (int tick = 0; tick < 30; ++tick) {
         p.step(tick);
-        const auto loads = p.stepper->loads();
-        EXPECT_LE(loads[0].normal, 0.02 * (1.0 + 1e-12)) << tick;
-        EXPECT_FALSE(loads[1].at_limit || loads[2].at_limit);
+        const auto contact_forces = p.stepper->contact_forces();
+        EXPECT_LE(contact_forces[0].normal, 0.02 * (1.0 + 1e-12)) << tick;
+        EXPECT_FALSE(contact_forces[1].at_limit || contact_forces[2].at_limit);
         if (tick < 5) continue;
-        EXPECT_TRUE(loads[0].at_limit);
-        EXPECT_NEAR(loads[0].normal, 0.02, 1e-15);
-        EXPECT_GT(loads[2].normal, 0.04) << "one without a limit carries on";
+        EXPECT_TRUE(contact_forces[0].at_limit);
+        EXPECT_NEAR(contact_forces[0].normal, 0.02, 1e-15);
+        EXPECT_GT(contact_forces[2].normal, 0.04) << "one without a limit carries on";
     }
 }
 
@@ -196,7 +197,7 @@ TEST_P(StepperContract, NoContactPressesUnlessASubStepEndsInside) {
                 std::vector<Wrench> reaction(1);
                 ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
                 const double after = s.frame.velocity(2, 0);
-                const double given = stepper->loads()[0].normal;
+                const double given = stepper->contact_forces()[0].normal;
                 EXPECT_NEAR(m * (after - rate), given * dt, 1e-12);
                 for (int steps = 1; steps <= 64; ++steps) {
                     double expected = rate;
@@ -259,9 +260,9 @@ TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitGivesWay) {
         ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
     }
     EXPECT_NEAR(s.frame.position(2, 0), -0.001 + 0.0003, 1e-9);
-    EXPECT_NEAR(stepper->loads()[0].normal, 0.3, 1e-12);
-    EXPECT_NEAR(stepper->loads()[1].normal, 0.3, 1e-6);
-    EXPECT_TRUE(stepper->loads()[0].at_limit);
+    EXPECT_NEAR(stepper->contact_forces()[0].normal, 0.3, 1e-12);
+    EXPECT_NEAR(stepper->contact_forces()[1].normal, 0.3, 1e-6);
+    EXPECT_TRUE(stepper->contact_forces()[0].at_limit);
 }
 
 TEST_P(StepperContract, AFaceHeldAgainstTissueThatNothingMovesIsPushedByItsWeights) {
@@ -285,7 +286,7 @@ TEST_P(StepperContract, AFaceHeldAgainstTissueThatNothingMovesIsPushedByItsWeigh
     output.contacts.push_back(contact);
     std::vector<Wrench> reaction(1);
     ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
-    const double impulse = stepper->loads()[0].normal * dt;
+    const double impulse = stepper->contact_forces()[0].normal * dt;
     EXPECT_GT(impulse, 0.0);
     for (Index v = 0; v < 3; ++v) {
         EXPECT_NEAR(s.frame.velocity(2, v), weights[static_cast<std::size_t>(v)] * impulse / 1e-3, 1e-12) << v;
@@ -322,7 +323,8 @@ TEST_P(StepperContract, TheSameOutputsEndOnTheSameBits) {
         one.step(tick);
         two.step(tick);
         ASSERT_EQ(one.s.frame.hash(), two.s.frame.hash()) << tick;
-        for (std::size_t c = 0; c < 3; ++c) ASSERT_EQ(one.stepper->loads()[c].normal, two.stepper->loads()[c].normal);
+        for (std::size_t c = 0; c < 3; ++c)
+            ASSERT_EQ(one.stepper->contact_forces()[c].normal, two.stepper->contact_forces()[c].normal);
     }
 }
 
@@ -435,7 +437,7 @@ TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsBearsWhatPressesOnIt) 
         ASSERT_TRUE(stepper->advance(output, dt, one.s.frame, one.s.frame, reaction).ok());
     }
     EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 5e-3 * std::abs(path));
-    EXPECT_NEAR(stepper->loads()[0].normal, std::abs(one.load), 0.01 * std::abs(one.load));
+    EXPECT_NEAR(stepper->contact_forces()[0].normal, std::abs(one.load), 0.01 * std::abs(one.load));
 }
 
 TEST_P(StepperContract, AFaceHeldAgainstWhatIsLedIsPushedAlongItsNormalAtTheNearestPoint) {
@@ -479,7 +481,7 @@ TEST_P(StepperContract, SaysHowFarTheTangentialSpringOfAContactIsStretched) {
         const auto stepper = test::stepper_of(GetParam());
         stepper->prepare(s.topology, s.materials);
         ASSERT_TRUE(test::press_and_pull(*stepper, s, along));
-        EXPECT_NEAR(stepper->loads()[0].slip, std::min(along, 0.4 * 0.5) / 2000.0, 1e-7) << along;
+        EXPECT_NEAR(stepper->contact_forces()[0].slip, std::min(along, 0.4 * 0.5) / 2000.0, 1e-7) << along;
     }
 }
 
@@ -538,7 +540,7 @@ TEST_P(StepperContract, AsksTheSolverFromWhatItPredictsAndTakesItsImpulsesAndShi
             EXPECT_NEAR(s.frame.position(2, 0), 0.25 * dt + solver.asked * 1e-5, 1e-9);
         }
         EXPECT_NEAR(solver.depth, 1e-4 - (steps - 1) * (0.2 * solver.time + 1e-5), 1e-12);
-        const ContactForce& load = stepper->loads()[0];
+        const ContactForce& load = stepper->contact_forces()[0];
         EXPECT_LT((load.force - 1e-3 / dt * Vector3(0.1, 0.0, 0.55)).norm(), 1e-9);
         EXPECT_NEAR(load.normal, 0.55, 1e-9);
         const double gain = 0.5 * 1e-3 * (0.1 * 0.1 + 0.25 * 0.25 - 0.3 * 0.3);

@@ -237,12 +237,12 @@ TEST_P(StepperMotion, APlaneCarriesWhatLiesOnItAndHoldsWhatSticks) {
         ASSERT_TRUE(test::press_and_pull(*stepper, s, along));
     };
     rest(0.15);
-    EXPECT_NEAR(stepper->loads()[0].normal, 0.5, 1e-9);
+    EXPECT_NEAR(stepper->contact_forces()[0].normal, 0.5, 1e-9);
     EXPECT_NEAR(s.frame.position(2, 0), -0.5 / 1e4, 1e-9);
-    EXPECT_NEAR(stepper->loads()[0].friction, 0.15, 1e-6);
+    EXPECT_NEAR(stepper->contact_forces()[0].friction, 0.15, 1e-6);
     EXPECT_NEAR(s.frame.position(0, 0), 0.15 / 2000.0, 1e-8);
     rest(0.3);  // more than 0.4 of 0.5 N can hold: 0.1 N is left for 1 g
-    EXPECT_NEAR(stepper->loads()[0].friction, 0.2, 1e-9);
+    EXPECT_NEAR(stepper->contact_forces()[0].friction, 0.2, 1e-9);
     EXPECT_NEAR(s.frame.velocity(0, 0), 100.0 * 0.4, 0.4);
 }
 

@@ -66,11 +66,11 @@ endforeach()
 step(${CMAKE_COMMAND} --build ${work}/build --parallel 2)
 
 set(program ${work}/build/bin/trocar)
-expect(0 "ohc_clustered .*my_detector .*careless .*homeless +absent \\(library not found: no::such_library\\).*hold .*my_response "
+expect(0 "ohc_clustered .*my_detector .*careless .*homeless +absent \\(library not found: no::such_library\\).*unilateral .*my_response "
     ${program} list)
 expect(0 "ohc_clustered . my_response, tracked_proximity" ${program} run i2t_poke --ticks 400 --response my_response)
 expect(0 "my_detector . penalty, intersection" ${program} run i2t_poke --ticks 400 --detector my_detector --response penalty --contacts intersection)
-expect(0 "ohc_clustered . hold, tracked_proximity" ${program} run i2t_poke --ticks 5)
+expect(0 "ohc_clustered . unilateral, tracked_proximity" ${program} run i2t_poke --ticks 5)
 expect(2 "homeless.*absent \\(library not found: no::such_library\\)" ${program} run i2t_poke --detector homeless)
 
 set(tests ${work}/build/bin/trocar_contract_test)

@@ -53,9 +53,9 @@ double follow(const std::vector<std::pair<double, double>>& ticks,
         output.clear();
         output.contacts = {contact_on(6, 0)};
         if (more) more(output);
-        std::vector<ContactForce> loads(output.contacts.size());
-        loads[0] = {.normal = force, .force = Vector3(0.0, 0.0, -force)};
-        figure.observe(stack.frame, output, loads, [&](Index a, Index b) {
+        std::vector<ContactForce> contact_forces(output.contacts.size());
+        contact_forces[0] = {.normal = force, .force = Vector3(0.0, 0.0, -force)};
+        figure.observe(stack.frame, output, contact_forces, [&](Index a, Index b) {
             return a == 0 && b == 2 ? slack * height : 1.0;  // parallel triangles: the height is the distance
         });
     }

@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
-#include <cstddef>
-#include <set>
 #include <string>
 
 #include "geometry/input_error.hpp"
@@ -76,21 +73,47 @@ std::string complaint(Ask&& ask) {
     return {};
 }
 
-TEST(ParameterValues, WhatLeftIsReportedWithWhatReplacedIt) {
-    const std::vector<Parameter> declared{{.name = "way",
-                                           .type = Parameter::Type::choice,
-                                           .default_value = "short",
-                                           .choices = {"short", "long"},
-                                           .meaning = ""}};
-    const std::vector<LeftSetting> left{{"speed", "take the other"}, {"way=round", "take the bus"}, {"way", "wrong"}};
-    const auto asked = [&](const std::string& key, const std::string& value) {
-        return complaint([&] { ParameterValues("m", declared, {{key, value}}, left); });
+TEST(ParameterValues, ARetiredNameIsReportedWithItsReplacementOnceItIsUndeclared) {
+    const Parameter contacts{.name = "contacts",
+                             .type = Parameter::Type::choice,
+                             .default_value = "implicit",
+                             .choices = {"implicit", "explicit"},
+                             .meaning = ""};
+    const auto asked = [](const std::string& method, const std::vector<Parameter>& declared, const std::string& key,
+                          const std::string& value) {
+        return complaint([&] { ParameterValues(method, declared, {{key, value}}); });
     };
-    EXPECT_EQ(asked("speed", "1"), "m has no parameter 'speed' any more: take the other");
-    EXPECT_EQ(asked("way", "round"), "m has no 'way=round' any more: take the bus");
-    EXPECT_EQ(asked("way", "long"), "") << "what is declared is there, whatever the list says";
-    EXPECT_NE(asked("way", "back").find("expected short|long"), std::string::npos) << asked("way", "back");
-    EXPECT_NE(asked("sped", "1").find("expected one of way"), std::string::npos) << asked("sped", "1");
+    EXPECT_EQ(asked("thesis", {contacts}, "clamp", "on"),
+              "thesis: parameter 'clamp': expected one of contacts, got 'clamp': it belongs to the profile, "
+              "profile=faithful, corrected or printed");
+    EXPECT_EQ(asked("thesis", {contacts}, "contacts", "hold"),
+              "thesis: parameter 'contacts': expected implicit|explicit, got 'hold': renamed to 'zero_order_hold'");
+    EXPECT_EQ(asked("thesis", {contacts}, "contacts", "explicit"), "");
+    EXPECT_EQ(asked("other", {contacts}, "clamp", "on"),
+              "other: parameter 'clamp': expected one of contacts, got 'clamp'");
+    const Parameter clamp{.name = "clamp", .default_value = "1", .meaning = ""};
+    EXPECT_EQ(asked("thesis", {clamp}, "clamp", "2"), "") << "a declared name is in use, whatever the table has";
+}
+
+TEST(Registry, ARetiredMethodIsReportedWithItsNewName) {
+    const auto ends_with = [](const std::string& text, const std::string& end) {
+        EXPECT_TRUE(text.ends_with(end)) << text;
+        EXPECT_NE(text.find(": expected one of "), std::string::npos) << text;
+    };
+    ends_with(complaint([] { make_response("hold"); }), ", got 'hold': renamed to 'unilateral'");
+    ends_with(complaint([] { make_response("xpbd:k=1"); }), ", got 'xpbd': renamed to 'xpbd_contact'");
+    ends_with(complaint([] { make_contact_generator("near"); }), ", got 'near': renamed to 'proximity'");
+    ends_with(complaint([] { make_stepper("regional"); }), ", got 'regional': renamed to 'adaptive_multires'");
+    ends_with(complaint([] { make_detector("ohc:incremental=on"); }),
+              ", got 'incremental': take the detector ohc_clustered");
+    ends_with(complaint([] { make_detector("hold"); }), ", got 'hold'");
+    EXPECT_NE(make_stepper("xpbd"), nullptr) << "the name of a response alone is retired";
+}
+
+TEST(Registry, ARetiredNameThatIsRegisteredIsInUse) {
+    Registry registry;
+    registry.add(ContactGeneratorEntry{.name = "near"});
+    EXPECT_EQ(registry.contact_generator("near").name, "near");
 }
 
 TEST(Registry, EveryResponseReportsWhatTheDeviceTookOver) {
@@ -98,39 +121,13 @@ TEST(Registry, EveryResponseReportsWhatTheDeviceTookOver) {
         for (const char* moved : {"tip", "saturation", "rate", "filter", "ramp"}) {
             const std::string key = std::string(moved) == "tip" ? "tip" : std::string("tip_") + moved;
             const std::string reported = complaint([&] { make_response(entry.name, {{key, "1"}}); });
-            EXPECT_EQ(reported.rfind(entry.name + " has no parameter '" + key + "' any more", 0), 0U) << reported;
-            EXPECT_NE(reported.find(std::string("--device ") + moved + "="), std::string::npos) << reported;
+            EXPECT_EQ(reported.rfind(entry.name + ": parameter '" + key + "': expected ", 0), 0U) << reported;
+            EXPECT_TRUE(reported.ends_with("'" + key + "': give the run's device, --device " + moved + "=…"))
+                << reported;
         }
         const std::string filter = complaint([&] { make_response(entry.name, {{"velocity_filter", "150"}}); });
-        EXPECT_NE(filter.find("any more: nothing takes its place"), std::string::npos) << filter;
+        EXPECT_NE(filter.find("got 'velocity_filter': nothing takes its place"), std::string::npos) << filter;
     }
-}
-
-TEST(Registry, WhatLeftAResponseIsDeclaredNoMore) {
-    std::size_t reported = 0;
-    for (const ResponseEntry& entry : registry().responses()) {
-        std::set<std::string> once;
-        for (const LeftSetting& gone : entry.left) {
-            EXPECT_TRUE(once.insert(gone.setting).second) << entry.name << " reports twice of " << gone.setting;
-            EXPECT_FALSE(gone.replaced.empty()) << entry.name << ": " << gone.setting;
-            const std::size_t equals = gone.setting.find('=');
-            const std::string name = gone.setting.substr(0, equals);
-            const auto declared = std::find_if(entry.parameters.begin(), entry.parameters.end(),
-                                               [&](const Parameter& parameter) { return parameter.name == name; });
-            ++reported;
-            if (equals == std::string::npos) {
-                EXPECT_EQ(declared, entry.parameters.end()) << entry.name << " declares '" << name << "' still";
-                continue;
-            }
-            // A value that left alone: its parameter is there, its word is not.
-            ASSERT_NE(declared, entry.parameters.end()) << entry.name << ": " << gone.setting;
-            for (const auto* words : {&declared->choices, &declared->words}) {
-                EXPECT_EQ(std::count(words->begin(), words->end(), gone.setting.substr(equals + 1)), 0)
-                    << entry.name << " takes '" << gone.setting << "' still";
-            }
-        }
-    }
-    EXPECT_GT(reported, left_every_response().size() * registry().responses().size()) << "no response of its own";
 }
 
 TEST(Device, IsReadAsParametersOfAMethodAre) {

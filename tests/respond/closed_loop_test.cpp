@@ -284,13 +284,13 @@ TEST(ImpulseFamily, TakesTheClosingSpeedAndGivesTheToolTheMomentum) {
         s.step(method);
         EXPECT_LT((s.frame.velocity.col(3) - Vector3(0.5, 0.0, 0.0)).norm(), 1e-12) << method;
         EXPECT_NEAR(s.load[0].force.z(), -1e-3 * 0.4 / 1e-3, 1e-12) << method;
-        EXPECT_NEAR(s.loads[0].work, -0.5 * 1e-3 * 0.4 * 0.4, 1e-12) << method;
+        EXPECT_NEAR(s.contact_forces[0].work, -0.5 * 1e-3 * 0.4 * 0.4, 1e-12) << method;
     }
     PairSample bounce = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
     bounce.frame.velocity.col(3) = Vector3(0.5, 0.0, -0.4);
     bounce.step("reflection:bump=1,friction=0");
     EXPECT_LT((bounce.frame.velocity.col(3) - Vector3(0.0, 0.0, 0.4)).norm(), 1e-12);
-    EXPECT_NEAR(bounce.loads[0].work, -0.5 * 1e-3 * 0.5 * 0.5, 1e-12);
+    EXPECT_NEAR(bounce.contact_forces[0].work, -0.5 * 1e-3 * 0.5 * 0.5, 1e-12);
     PairSample placed = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
     placed.step("reflection");
     EXPECT_NEAR(placed.frame.position(2, 3), 0.0, 1e-15);
@@ -338,8 +338,8 @@ TEST(ImpulseFamily, ActsInEverySubStepOrOnceAtOnceOrHeldOverTheTick) {
     const Vector3 along = held.before.position.col(3) - held.before.position.col(4);
     const double push = -50.0 * (0.04 - along.norm()) * along.normalized().z();
     EXPECT_GT(push, 0.1);
-    EXPECT_NEAR(held.loads[0].force.z(), 0.1 + push, 1e-9);
-    EXPECT_NEAR(pressed("tick").loads[0].force.z(), 0.1 + 0.1 * push, 1e-9);
+    EXPECT_NEAR(held.contact_forces[0].force.z(), 0.1 + push, 1e-9);
+    EXPECT_NEAR(pressed("tick").contact_forces[0].force.z(), 0.1 + 0.1 * push, 1e-9);
 }
 
 TEST(XpbdContact, IsAnUndampedSpringAsStiffAsItsComplianceSays) {

@@ -45,8 +45,8 @@ public:
         springs_.prepare(topology, materials);
         grasp_.prepare(topology, materials, settings_);
     }
-    void respond(const Frame& frame, double dt, const ContactSet& contacts, std::span<const ContactForce> /*loads*/,
-                 ResponseOutput& output) override {
+    void respond(const Frame& frame, double dt, const ContactSet& contacts,
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         grasp_.update(*topology_, *materials_, frame, contacts);
         grasp_.hold_by_springs(*materials_, springs_, frame, dt, output);

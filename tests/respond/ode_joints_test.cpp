@@ -93,7 +93,7 @@ TEST_F(OdeJoints, AVertexAtRestOnASpringGivesItsSpringForce) {
     // k_s x = k d holds at once and stays: 130 N/m stretched by 0.8 mm against 208 N/m at 0.5 mm.
     PairSample s = pressed_vertex(130.0, 0.0008, 0.0005);
     s.step("ode_joints:k=208,mu=2");
-    EXPECT_NEAR(s.loads[0].force.z(), 130.0 * 0.0008, 1e-10);
+    EXPECT_NEAR(s.contact_forces[0].force.z(), 130.0 * 0.0008, 1e-10);
     EXPECT_LT(s.force_on(3).norm(), 1e-10);
 }
 
@@ -115,7 +115,7 @@ TEST_F(OdeJoints, APressedVertexComesToRestWhereSpringAndContactBalance) {
             if (depth < 0.0) given.contacts.clear();
             response->respond(s.frame, 1e-3, given, {}, s.output);
             ASSERT_TRUE(tissue.advance(s.output, 1e-3, s.frame, reaction).ok());
-            force = tissue.loads().empty() ? 0.0 : tissue.loads()[0].force.z();
+            force = tissue.contact_forces().empty() ? 0.0 : tissue.contact_forces()[0].force.z();
         }
         const double depth = -s.frame.position(2, 3);
         const double spring = 130.0 * ((s.frame.position.col(3) - anchor).norm() - 0.017);

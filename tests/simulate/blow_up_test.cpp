@@ -243,7 +243,7 @@ struct TwoSprings {
     Frame after;
     ContactSet contacts;
     ResponseOutput output;
-    std::vector<ContactForce> loads;
+    std::vector<ContactForce> contact_forces;
     std::vector<Wrench> reaction;
 
     TwoSprings() {
@@ -275,7 +275,7 @@ struct TwoSprings {
     }
     [[nodiscard]] Outcome judged() const {
         const EnergyMomentumAudit nothing_done(scene);
-        return BlowUp(scene).judge(seen, after, contacts, output, loads, reaction, nothing_done);
+        return BlowUp(scene).judge(seen, after, contacts, output, contact_forces, reaction, nothing_done);
     }
 };
 
@@ -323,8 +323,8 @@ TEST(BlowUp, AnEdgeIsStretchedNoFurtherThanItsLimitAndTheWayOfWhatIsLed) {
             Contact deepest;
             deepest.depth = 0.003;
             given.contacts.contacts = {Contact{}, deepest};
-            given.loads.resize(1);
-            if (touched) given.loads[0].force = Vector3(0.0, 0.0, 1e-3);
+            given.contact_forces.resize(1);
+            if (touched) given.contact_forces[0].force = Vector3(0.0, 0.0, 1e-3);
             const double path = touched ? 0.0075 : 0.003;
             for (const double factor : {0.999, 1.001}) {
                 given.stretch(factor * (strain + path / 0.015), 0.0);

@@ -40,7 +40,7 @@ public:
         for (int tick = 0; tick < ticks; ++tick) {
             const Frame seen = frame;
             ASSERT_TRUE(tissue.advance(output, scene.dt, frame, load).ok());
-            audit.observe(seen, frame, reported ? output : unreported, tissue.loads(), load, {},
+            audit.observe(seen, frame, reported ? output : unreported, tissue.contact_forces(), load, {},
                           tissue.limited_edges() > 0);
         }
     }

@@ -42,7 +42,7 @@ class Idle : public Response {
 public:
     void prepare(const Topology& /*topology*/, const Materials& /*materials*/) override {}
     void respond(const Frame& /*frame*/, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
     }
 };
@@ -52,7 +52,7 @@ class Poisonous final : public Idle {
 public:
     explicit Poisonous(Index vertex) : vertex_(vertex) {}
     void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         output.held_force.setZero(3, frame.position.cols());
         if (frame.tick == 5) output.held_force(2, vertex_) = std::nan("");
@@ -67,7 +67,7 @@ class PlaneSpring final : public Idle {
 public:
     PlaneSpring(Range tool, double k) : tool_(tool), k_(k) {}
     void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         Index lowest = tool_.first;
         for (Index v = tool_.first; v < tool_.end(); ++v) {
@@ -93,7 +93,7 @@ class Bearing final : public Idle {
 public:
     explicit Bearing(std::vector<Wrench> wrench) : wrench_(std::move(wrench)) {}
     void respond(const Frame& /*frame*/, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactForce> /*loads*/, ResponseOutput& output) override {
+                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         output.wrench = wrench_;
     }

@@ -326,7 +326,7 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
         {head + R"("device":{"tip":"sum","rate":-1},)" + replay + "}}", "/device/rate"},
         {head + R"("device":{"ramp":true},)" + replay + "}}", "/device/ramp"},
         {head + R"("closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty:tip=sum"]}})",
-         "any more: give the run's device"},
+         "got 'tip': give the run's device"},
         {head + R"("triangle_pair":{"scenes":["a.json"],"response":"ohc"}})", "/triangle_pair/response"},
         {head + R"("reference":"brute_force",)" + replay + "}}", "/reference"},
         {R"({"format":"trocar-study-2","name":"s"})", "/format"},

@@ -165,10 +165,10 @@ public:
         detector_->update(frame, wants_query_distance_ ? query_distance() : 0.0);
         detector_->detect(frame, contacts);
         source_->gather(frame, contacts);
-        response_->respond(frame, dt, contacts, tissue_->loads(), output);
+        response_->respond(frame, dt, contacts, tissue_->contact_forces(), output);
         reaction.assign(bodies_.size(), {});
         outcome = tissue_->advance(output, dt, frame, reaction);
-        ruptures = rupture_.judge(frame, output, tissue_->loads(), dt);
+        ruptures = rupture_.judge(frame, output, tissue_->contact_forces(), dt);
         return outcome.ok();
     }
 

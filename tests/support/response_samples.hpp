@@ -27,7 +27,7 @@ struct PairSample {
     Frame before;
     Outcome outcome;
     std::vector<Wrench> load;  ///< per body, from contacts on tissue
-    std::vector<ContactForce> loads;
+    std::vector<ContactForce> contact_forces;
 
     PairSample(BodyKind kind_a, BodyKind kind_b, const Matrix3X& corners) {
         Triangles one(3, 1);
@@ -71,7 +71,7 @@ struct PairSample {
         MassSpring tissue(topology, materials);
         load.assign(2, {});
         outcome = tissue.advance(output, dt, frame, load);
-        loads.assign(tissue.loads().begin(), tissue.loads().end());
+        contact_forces.assign(tissue.contact_forces().begin(), tissue.contact_forces().end());
     }
     /// N, mean total force on a tissue vertex over the last `step`.
     [[nodiscard]] Vector3 force_on(Index vertex) const {

@@ -110,9 +110,9 @@ TEST(AdaptiveMultiresOutputs, AContactOfAVertexThatIsPlacedHasTheGapThatItReport
         run->step(test::empty_output(s.topology));
         run->step(output);
     }
-    const double force = whole.stepper->loads()[0].normal;
+    const double force = whole.stepper->contact_forces()[0].normal;
     EXPECT_GT(force, 1e-3);
-    EXPECT_NEAR(adaptive_multires.stepper->loads()[0].normal, force, 1e-4 * force);
+    EXPECT_NEAR(adaptive_multires.stepper->contact_forces()[0].normal, force, 1e-4 * force);
 }
 
 TEST(AdaptiveMultiresOutputs, ContactsOverSeveralVerticesPressAsOnTheWholeTissueHoweverManyTheyAre) {
@@ -159,8 +159,8 @@ TEST(AdaptiveMultiresOutputs, AContactThatTheStepItselfBringsAboutHasItsDamper) 
     adaptive_multires.step(output);
     int pressing = 0;
     for (std::size_t c = 0; c < output.contacts.size(); ++c) {
-        const double force = whole.stepper->loads()[c].normal;
-        EXPECT_NEAR(adaptive_multires.stepper->loads()[c].normal, force, 1e-3 * 0.1) << c;
+        const double force = whole.stepper->contact_forces()[c].normal;
+        EXPECT_NEAR(adaptive_multires.stepper->contact_forces()[c].normal, force, 1e-3 * 0.1) << c;
         pressing += force > 0.0 ? 1 : 0;
     }
     EXPECT_GE(pressing, 5);

@@ -200,8 +200,8 @@ std::vector<ContactForce> given_at_once(const std::string& name, const Settings&
         EXPECT_TRUE(stepper->advance(beyond, dt, s.frame, s.frame, reaction).ok());
     }
     EXPECT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
-    EXPECT_EQ(stepper->loads().size(), output.contacts.size());
-    return {stepper->loads().begin(), stepper->loads().end()};
+    EXPECT_EQ(stepper->contact_forces().size(), output.contacts.size());
+    return {stepper->contact_forces().begin(), stepper->contact_forces().end()};
 }
 
 std::vector<double> normals_at_once(const std::string& name, const Settings& settings, const ResponseOutput& output) {
@@ -278,7 +278,7 @@ TEST(AdaptiveMultires, WhatContactsGaveBeforeHasNoPartInWhatTheyGive) {
             std::vector<Wrench> reaction(1);
             for (const ResponseOutput* output : {&first, &first, &second}) {
                 ASSERT_TRUE(stepper->advance(*output, dt, s.frame, s.frame, reaction).ok());
-                for (const ContactForce& load : stepper->loads()) given[known ? 1 : 0].push_back(load.normal);
+                for (const ContactForce& load : stepper->contact_forces()) given[known ? 1 : 0].push_back(load.normal);
             }
         }
         const double most = *std::max_element(given[0].begin(), given[0].end());
@@ -396,8 +396,8 @@ TEST(AdaptiveMultires, AContactPressesWhereAVertexThatWasLeftBehindIsByNow) {
     constexpr double k = 140.0;  // N/m
     p.output.contacts.push_back(test::plane_contact(latest, Vector3::UnitZ(), 0.5 * sunk, k, 0.0));
     ASSERT_TRUE(p.stepper->advance(p.output, dt, p.s.frame, p.s.frame, p.reaction).ok());
-    EXPECT_GT(p.stepper->loads()[0].normal, 0.2 * k * 0.5 * sunk);
-    EXPECT_LT(p.stepper->loads()[0].normal, k * sunk);
+    EXPECT_GT(p.stepper->contact_forces()[0].normal, 0.2 * k * 0.5 * sunk);
+    EXPECT_LT(p.stepper->contact_forces()[0].normal, k * sunk);
 }
 
 TEST(AdaptiveMultires, ALoadFarFromTheRimSinksAsTheMembranesEquationSays) {
@@ -524,7 +524,7 @@ TEST(AdaptiveMultires, TheSameOutputsEndOnTheSameBits) {
 TEST(AdaptiveMultires, PreparedAnewItStartsAnew) {
     Press once("adaptive_multires", with("0.005"));
     Press twice("adaptive_multires", with("0.005"));
-    EXPECT_TRUE(twice.stepper->loads().empty()) << "before the first tick";
+    EXPECT_TRUE(twice.stepper->contact_forces().empty()) << "before the first tick";
     for (int tick = 0; tick < 40; ++tick) twice.step();
     twice.stepper->prepare(twice.s.topology, twice.s.materials);
     twice.s.frame = disc().frame;
@@ -738,9 +738,9 @@ TEST(AdaptiveMultires, AFaceUnderASurfaceThatIsDrawnAwayRubsByCoulombsLaw) {
         reaction.assign(1, {});
         ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
     }
-    const double normal = stepper->loads()[0].normal;
+    const double normal = stepper->contact_forces()[0].normal;
     EXPECT_GT(normal, 0.01);
-    EXPECT_NEAR(stepper->loads()[0].friction, 0.3 * normal, 2e-3 * normal);
+    EXPECT_NEAR(stepper->contact_forces()[0].friction, 0.3 * normal, 2e-3 * normal);
     EXPECT_LT((reaction[0].force - Vector3(-0.3 * normal, 0.0, normal)).norm(), 0.01 * normal)
         << "drawn back, and pushed up: " << reaction[0].force.transpose();
 }
@@ -829,7 +829,8 @@ TEST(AdaptiveMultires, AVertexAloneMeetsTheStepsEquationWhereverItsContactBegins
             (m * (v - one.speed) < dt * force(v) ? low : high) = v;
         }
         EXPECT_NEAR(s.frame.velocity(2, 0), low, 1e-9) << one.speed << " " << one.depth << " " << one.k;
-        EXPECT_NEAR(stepper->loads()[0].normal, force(low), 1e-6) << one.speed << " " << one.depth << " " << one.k;
+        EXPECT_NEAR(stepper->contact_forces()[0].normal, force(low), 1e-6)
+            << one.speed << " " << one.depth << " " << one.k;
     }
 }
 
@@ -1019,7 +1020,7 @@ TEST(AdaptiveMultires, CoulombsLawHoldsHoweverSmallTheForcesAre) {
         const auto stepper = make_stepper("adaptive_multires", {{"whole", "0"}, {"tolerance", tolerance}});
         stepper->prepare(s.topology, s.materials);
         ASSERT_TRUE(test::press_and_pull(*stepper, s, along, size));
-        const ContactForce& load = stepper->loads()[0];
+        const ContactForce& load = stepper->contact_forces()[0];
         EXPECT_NEAR(load.normal, 0.5 * size, bound * size) << size << ", " << tolerance;
         EXPECT_NEAR(load.friction, std::min(along, 0.2) * size, 1e-3 * size) << size << ", " << along;
         if (along < 0.2) {

@@ -123,7 +123,7 @@ TEST(CrowdedContacts, MomentumIsKeptAndNoEnergyGiven) {
         ASSERT_TRUE(tissue.advance(layers.output, dt, layers.s.frame, reaction).ok());
         EXPECT_LT((mass * layers.s.frame.velocity.rowwise().sum() - momentum).norm(), 1e-15);
         EXPECT_LT(layers.energy(), before) << side;
-        for (const ContactForce& load : tissue.loads()) EXPECT_GE(load.normal, 0.0);
+        for (const ContactForce& load : tissue.contact_forces()) EXPECT_GE(load.normal, 0.0);
     }
 }
 
@@ -135,14 +135,14 @@ TEST(CrowdedContacts, NoneGivesMoreThanItsLimit) {
         Frame frame = layers.s.frame;
         ASSERT_TRUE(free.advance(layers.output, dt, frame, reaction).ok());
         double most = 0.0;
-        for (const ContactForce& load : free.loads()) most = std::max(most, load.normal);
+        for (const ContactForce& load : free.contact_forces()) most = std::max(most, load.normal);
         for (ContactForceLaw& contact : layers.output.contacts) contact.limit = 0.5 * most;
         MassSpring limited(layers.s.topology, layers.s.materials);
         const Vector3 momentum = mass * layers.s.frame.velocity.rowwise().sum();
         ASSERT_TRUE(limited.advance(layers.output, dt, layers.s.frame, reaction).ok());
         EXPECT_LT((mass * layers.s.frame.velocity.rowwise().sum() - momentum).norm(), 1e-15);
         int at_limit = 0;
-        for (const ContactForce& load : limited.loads()) {
+        for (const ContactForce& load : limited.contact_forces()) {
             EXPECT_LE(load.normal, 0.5 * most * (1.0 + 1e-12)) << side;
             at_limit += load.at_limit ? 1 : 0;
         }
@@ -161,7 +161,7 @@ TEST(CrowdedContacts, ReportedForcesAreWhatMovesTheVerticesAndNearTheConvergedOn
         Eigen::VectorXd impulse = Eigen::VectorXd::Zero(before.size());
         Eigen::VectorXd force(expected.size());
         for (Eigen::Index i = 0; i < expected.size(); ++i) {
-            force[i] = tissue.loads()[static_cast<std::size_t>(i)].normal;
+            force[i] = tissue.contact_forces()[static_cast<std::size_t>(i)].normal;
             impulse += dt * force[i] * row_of(layers.output.contacts[static_cast<std::size_t>(i)], before.cols());
         }
         const Eigen::VectorXd gained = mass * (layers.s.frame.velocity - before).reshaped();
@@ -237,7 +237,7 @@ TEST(CrowdedContacts, ARowThatYieldsOneAfterTheOtherIsSolvedWithTheTissuesWholeC
     std::vector<Wrench> reaction(1);
     ASSERT_TRUE(stepper->advance(output, h, s.frame, s.frame, reaction).ok());
     for (Index v = 0; v < count; ++v) {
-        EXPECT_NEAR(stepper->loads()[at(v)].normal, expected[at(v)], 0.02 * limit) << v;
+        EXPECT_NEAR(stepper->contact_forces()[at(v)].normal, expected[at(v)], 0.02 * limit) << v;
     }
 }
 

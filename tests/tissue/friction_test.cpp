@@ -199,7 +199,7 @@ TEST(Friction, WorkReportedIsThatOfTheWholeForceOnEveryVertexThatItMoves) {
         Vector3 path = Vector3::Zero();
         for (Index v = 0; v < 3; ++v) path += dt * contact.weights[at(v)] * s.frame.velocity.col(v);
         if (two_tissues) path -= dt * s.frame.velocity.col(3);
-        const ContactForce& load = tissue.loads()[0];
+        const ContactForce& load = tissue.contact_forces()[0];
         ASSERT_GT(load.normal, 0.01);
         ASSERT_GT(load.friction, 0.001);
         EXPECT_NEAR(load.work, load.force.dot(path), 1e-15) << two_tissues;

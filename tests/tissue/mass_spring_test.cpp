@@ -309,7 +309,7 @@ TEST(MassSpring, ContactsOnOneVertexShareTheLoadInAnyOrder) {
         ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     }
     EXPECT_NEAR(s.frame.position(2, 0), -1.0 / 4400.0, 1e-9);
-    EXPECT_NEAR(tissue.loads()[7].normal, 1.0 / 44.0, 1e-6);
+    EXPECT_NEAR(tissue.contact_forces()[7].normal, 1.0 / 44.0, 1e-6);
 }
 
 TEST(MassSpring, SingleContactFollowsTheImplicitFormula) {
@@ -370,8 +370,8 @@ TEST(MassSpring, TwoSidedContactKeepsMomentum) {
     std::vector<Wrench> reaction(1);
     ASSERT_TRUE(tissue.advance(output, 1e-3, s.frame, reaction).ok());
     EXPECT_LT((momentum() - before).norm(), 1e-15);
-    EXPECT_GT(tissue.loads()[0].normal, 0.3);
-    EXPECT_NEAR(tissue.loads()[0].normal, tissue.loads()[2].normal, 1e-12);
+    EXPECT_GT(tissue.contact_forces()[0].normal, 0.3);
+    EXPECT_NEAR(tissue.contact_forces()[0].normal, tissue.contact_forces()[2].normal, 1e-12);
 }
 
 /// Disc pressed by 5 mm with a plane contact on the centre; returns the spread of the contact depth once it should be

@@ -17,7 +17,7 @@ struct Pair {
     OperatorModel model;
     OperatorState state;
     VirtualCouplings operators;
-    std::vector<ContactForce> loads;
+    std::vector<ContactForce> contact_forces;
     const Index body = 0;
     Pair() {
         frame.position = Matrix3X::Zero(3, 2);
@@ -28,8 +28,8 @@ struct Pair {
     Wrench advance(const Vector3& target, const ResponseOutput& output, const Wrench& external, int substeps) {
         DrivenOperator coupling{
             .model = &model, .bodies = {&body, 1}, .target = target, .external = external, .state = state};
-        loads.assign(output.contacts.size(), {});
-        operators.advance(topology, frame, output, 1e-3, substeps, {&coupling, 1}, loads);
+        contact_forces.assign(output.contacts.size(), {});
+        operators.advance(topology, frame, output, 1e-3, substeps, {&coupling, 1}, contact_forces);
         state = coupling.state;
         return coupling.load;
     }
@@ -75,9 +75,9 @@ TEST(VirtualCoupling, AWallThatYieldsGivesItsLimitAndReportsIt) {
     }
     EXPECT_NEAR(load.force.z(), 0.5, 1e-9);
     EXPECT_NEAR(p.state.position.z(), -0.004 + 0.5 / 300.0, 1e-9);
-    ASSERT_EQ(p.loads.size(), 1U);
-    EXPECT_NEAR(p.loads[0].normal, 0.5, 1e-9);
-    EXPECT_TRUE(p.loads[0].at_limit);
+    ASSERT_EQ(p.contact_forces.size(), 1U);
+    EXPECT_NEAR(p.contact_forces[0].normal, 0.5, 1e-9);
+    EXPECT_TRUE(p.contact_forces[0].at_limit);
 }
 
 TEST(VirtualCoupling, ExternalForceMovesItByForceOverHandStiffness) {
@@ -148,7 +148,7 @@ TEST(VirtualCoupling, OneStepAgainstAMovingWallIsTheBackwardEulerOfItsEquation) 
         const double force = k * d - implicit * (v - w) - std::min(mu, 0.0) * (u - w);
         ASSERT_GT(force, 0.0);
         EXPECT_NEAR(p.state.velocity.z(), v, 1e-14) << mu;
-        EXPECT_NEAR(p.loads[0].normal, force, 1e-12) << mu;
+        EXPECT_NEAR(p.contact_forces[0].normal, force, 1e-12) << mu;
     }
 }
 
@@ -182,8 +182,8 @@ TEST(VirtualCoupling, TwoHandsThatPressOnEachOtherAreSolvedTogether) {
                 held[i] = {.model = &model, .bodies = {&body[i], 1}, .target = Vector3(0, 0, i == 0 ? 0.002 : -0.002)};
                 held[i].state = state[i];
             }
-            std::vector<ContactForce> loads(output.contacts.size());
-            operators.advance(topology, frame, output, 1e-3, 4, held, loads);
+            std::vector<ContactForce> contact_forces(output.contacts.size());
+            operators.advance(topology, frame, output, 1e-3, 4, held, contact_forces);
             for (std::size_t i = 0; i < 2; ++i) state[i] = held[i].state;
             EXPECT_NEAR(held[0].load.force.z(), -held[1].load.force.z(), 1e-9) << "momentum";
             last_gap = gap;
