@@ -349,7 +349,7 @@ TEST_F(StudyFile, OneDeviceServesEveryRunWithAResponse) {
     const std::string parts = R"("replay":{"scenes":["a.json"],"detectors":["ohc"]},
         "closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty","thesis"]},
         "paced":{"scenes":["a.json"],"detectors":["ohc"],"responses":["unilateral"]},
-        "metamorphic test":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"]}})";
+        "metamorphic":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"]}})";
     const std::string given = "tip=sum,saturation=3,rate=0,filter=150,ramp=0";
     const std::map<std::string, std::string> devices{
         {"", "tip=fulcrum,saturation=8.5,rate=0,filter=0,ramp=0"},
@@ -602,14 +602,14 @@ TEST_F(StudyFile, HardCasesArePlannedByTheirKind) {
 }
 
 TEST_F(StudyFile, MetamorphicAsksEveryMethodInAtLeastTwoProcesses) {
-    const std::string head = R"({"format":"trocar-study-2","name":"s","metamorphic test":{"scenes":["a.json"],)";
+    const std::string head = R"({"format":"trocar-study-2","name":"s","metamorphic":{"scenes":["a.json"],)";
     const Study study = read(head + R"("detectors":["ohc","brute_force"],"responses":["penalty"]}})");
     const std::vector<PlannedRun> plan = make_plan(study);
     EXPECT_EQ(plan.size(), 6U);
     for (const PlannedRun& run : plan) {
         EXPECT_TRUE(run.spec.response.empty() || run.spec.detector == "ohc");
     }
-    EXPECT_NE(complaint(head + R"("detectors":["ohc"],"repetitions":1}})").find("/metamorphic test/repetitions"),
+    EXPECT_NE(complaint(head + R"("detectors":["ohc"],"repetitions":1}})").find("/metamorphic/repetitions"),
               std::string::npos);
 }
 
