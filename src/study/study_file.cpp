@@ -274,7 +274,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
         !study.paced && !study.cost_by_size && !study.hard_cases && !study.metamorphic) {
         root.fail(
             "at least one of the keys replay, closed_loop, triangle_pair, work_precision, ablation, paced, "
-            "cost_by_size, hard_cases, metamorphic test",
+            "cost_by_size, hard_cases, metamorphic",
             "none of them");
     }
     for (const std::string& method : with) add_method(method, study);

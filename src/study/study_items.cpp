@@ -160,8 +160,8 @@ void add_method(const std::string& text, Study& study) {
     }
     if (!taken) {
         throw InputError("--with", "",
-                         is_detector ? "a study with replay, closed_loop, hard_cases or metamorphic test"
-                                     : "a study with closed_loop, hard_cases or metamorphic test",
+                         is_detector ? "a study with replay, closed_loop, hard_cases or metamorphic"
+                                     : "a study with closed_loop, hard_cases or metamorphic",
                          study.file.string());
     }
 }

@@ -10,7 +10,7 @@ std::string study_schema() {
   "type": "object",
   "additionalProperties": false,
   "required": ["format", "name"],
-  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["ablation"]}, {"required": ["paced"]}, {"required": ["cost_by_size"]}, {"required": ["hard_cases"]}, {"required": ["metamorphic test"]}],
+  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["ablation"]}, {"required": ["paced"]}, {"required": ["cost_by_size"]}, {"required": ["hard_cases"]}, {"required": ["metamorphic"]}],
   "properties": {
     "format": {"const": "trocar-study-2"},
     "name": {"type": "string", "pattern": "^[A-Za-z0-9_-]+$", "description": "Names the folder of the report"},
@@ -114,7 +114,7 @@ std::string study_schema() {
         "families": {"type": "array", "minItems": 1, "items": {"type": "string", "pattern": "^data:"}, "description": "Files of triangle pairs with truth, as `trocar tritri` reads them; without the data folder they become rows 'unsupported (no data)'"},
         "detectors": {"$ref": "#/$defs/methods"}, "responses": {"$ref": "#/$defs/methods"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
-    "metamorphic test": {
+    "metamorphic": {
       "description": "Determinism metamorphic test: the same question asked twice, in a fresh process, with triangles and bodies in another order, a pair swapped, the origin moved, lengths in millimetres. Detectors on about 20 frames of each scene, responses (on the contacts of the first detector) in the closed loop. Records of these runs hold no single ticks",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors"],
       "properties": {

@@ -1,8 +1,10 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <array>
 #include <cmath>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <regex>
@@ -11,6 +13,7 @@
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
 #include "geometry/orientation.hpp"
+#include "scene/retired_names.hpp"
 #include "scene/scene.hpp"
 #include "support/program.hpp"
 
@@ -360,6 +363,32 @@ TEST_F(SceneFile, BadValuesAreNamedWithPointerExpectationAndFinding) {
         EXPECT_TRUE(std::regex_match(complaint, std::regex(bad.complaint)))
             << bad.pointer << " = " << bad.value << "\n  said:     " << complaint << "\n  expected: " << bad.complaint;
     }
+}
+
+TEST_F(SceneFile, RetiredKeysAreReportedWithTheirReplacement) {
+    Json document = example();
+    document[Pointer("/bodies/1/motion/drive")] = "operator";
+    document[Pointer("/bodies/1/motion/operator")] = {{"mass", 0.25}};
+    ASSERT_EQ(complaint_about(document.dump()), "");
+    const std::map<std::string_view, std::string> places{{"", ""},
+                                                         {"bodies", "/bodies/0"},
+                                                         {"contact", "/contact/0"},
+                                                         {"keys", "/bodies/1/motion/keys/0"},
+                                                         {"motion", "/bodies/1/motion"},
+                                                         {"operator", "/bodies/1/motion/operator"},
+                                                         {"parts", "/bodies/0/parts/0"},
+                                                         {"tissue", "/bodies/0/tissue"}};
+    for (const RetiredName& row : retired_names()) {
+        if (row.kind != NameKind::scene_key) continue;
+        const std::string place = fmt::format("{}/{}", places.at(row.scope), row.name);
+        Json old = document;
+        old[Pointer(place)] = 1;
+        const std::string complaint = complaint_about(old.dump());
+        EXPECT_EQ(complaint.rfind(place + ": expected one of ", 0), 0U) << complaint;
+        EXPECT_TRUE(complaint.ends_with(fmt::format(", got '{}': {}", row.name, row.use))) << complaint;
+    }
+    document[Pointer("/bodies/0/hand_damping")] = 1;
+    EXPECT_TRUE(complaint_about(document.dump()).ends_with(", got 'hand_damping'")) << "retired in 'operator' alone";
 }
 
 TEST_F(SceneFile, MissingKeysAreNamed) {

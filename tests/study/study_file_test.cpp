@@ -1,13 +1,17 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <array>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <set>
+#include <string_view>
 
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"
+#include "scene/retired_names.hpp"
 #include "study/study.hpp"
 #include "support/program.hpp"
 
@@ -344,12 +348,64 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
     }
 }
 
+TEST_F(StudyFile, RetiredKeysAreReportedWithTheirReplacement) {
+    const std::map<std::string_view, std::string> places{{"", ""},
+                                                         {"closed_loop", "/closed_loop"},
+                                                         {"detectors", "/replay/detectors/1"},
+                                                         {"replay", "/replay"},
+                                                         {"responses", "/closed_loop/responses/1"},
+                                                         {"triangle_pair", "/triangle_pair"}};
+    for (const RetiredName& row : retired_names()) {
+        if (row.kind != NameKind::study_key) continue;
+        const std::string place = fmt::format("{}/{}", places.at(row.scope), row.name);
+        nlohmann::ordered_json document = nlohmann::ordered_json::parse(good);
+        document[nlohmann::ordered_json::json_pointer(place)] = 1;
+        const std::string message = complaint(document.dump());
+        EXPECT_NE(message.find(place + ": expected one of "), std::string::npos) << message;
+        EXPECT_TRUE(message.ends_with(fmt::format("got '{}': {}", row.name, row.use))) << message;
+    }
+}
+
+TEST_F(StudyFile, RetiredNamesInAStudyAreReportedWithTheirReplacement) {
+    const std::string head = R"({"format":"trocar-study-2","name":"s",)";
+    const std::string loop = head + R"("closed_loop":{"scenes":["a.json"],"detectors":["ohc"],)";
+    const std::vector<std::array<std::string, 3>> cases{
+        {loop + R"("responses":["hold"]}})", "/closed_loop/responses/0: expected ",
+         "got 'hold': renamed to 'unilateral'"},
+        {loop + R"("responses":["thesis:contacts=hold"]}})", "/closed_loop/responses/0: expected ",
+         "got 'hold': renamed to 'zero_order_hold'"},
+        {loop + R"("responses":["penalty"],"contacts":["near"]}})", "/closed_loop/contacts/0: expected one of ",
+         "got \"near\": renamed to 'proximity'"},
+        {loop + R"("responses":[{"method":"penalty","contacts":["canonical"]}]}})",
+         "/closed_loop/responses/0/contacts/0: expected ", "got \"canonical\": renamed to 'intersection'"},
+        {loop + R"("responses":["penalty"],"steppers":["regional"]}})", "/closed_loop/steppers/0: expected ",
+         "got 'regional': renamed to 'adaptive_multires'"},
+        {head + R"("replay":{"scenes":["a.json"],"detectors":["ohc:incremental=on"]}})",
+         "/replay/detectors/0: expected ", "got 'incremental': take the detector ohc_clustered"},
+        {head + R"("device":{"tip_rate":500},"replay":{"scenes":["a.json"],"detectors":["ohc"]}})",
+         "/device/tip_rate: expected one of ", "got 'tip_rate': give the run's device, --device rate=…"}};
+    for (const auto& [text, place, end] : cases) {
+        const std::string message = complaint(text);
+        EXPECT_NE(message.find(place), std::string::npos) << text << "\n" << message;
+        EXPECT_TRUE(message.ends_with(end)) << text << "\n" << message;
+    }
+    (void)read(good);
+    try {
+        (void)read_study(folder_.path() / "study.json", {"hold:k=100"});
+        ADD_FAILURE() << "a retired response was added";
+    } catch (const InputError& error) {
+        EXPECT_STREQ(
+            error.what(),
+            "--with: expected a detector or response of trocar list, got 'hold:k=100': renamed to 'unilateral'");
+    }
+}
+
 TEST_F(StudyFile, OneDeviceServesEveryRunWithAResponse) {
     const std::string head = R"({"format":"trocar-study-2","name":"s",)";
     const std::string parts = R"("replay":{"scenes":["a.json"],"detectors":["ohc"]},
         "closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty","thesis"]},
         "paced":{"scenes":["a.json"],"detectors":["ohc"],"responses":["unilateral"]},
-        "metamorphic test":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"]}})";
+        "metamorphic":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"]}})";
     const std::string given = "tip=sum,saturation=3,rate=0,filter=150,ramp=0";
     const std::map<std::string, std::string> devices{
         {"", "tip=fulcrum,saturation=8.5,rate=0,filter=0,ramp=0"},
@@ -602,14 +658,14 @@ TEST_F(StudyFile, HardCasesArePlannedByTheirKind) {
 }
 
 TEST_F(StudyFile, MetamorphicAsksEveryMethodInAtLeastTwoProcesses) {
-    const std::string head = R"({"format":"trocar-study-2","name":"s","metamorphic test":{"scenes":["a.json"],)";
+    const std::string head = R"({"format":"trocar-study-2","name":"s","metamorphic":{"scenes":["a.json"],)";
     const Study study = read(head + R"("detectors":["ohc","brute_force"],"responses":["penalty"]}})");
     const std::vector<PlannedRun> plan = make_plan(study);
     EXPECT_EQ(plan.size(), 6U);
     for (const PlannedRun& run : plan) {
         EXPECT_TRUE(run.spec.response.empty() || run.spec.detector == "ohc");
     }
-    EXPECT_NE(complaint(head + R"("detectors":["ohc"],"repetitions":1}})").find("/metamorphic test/repetitions"),
+    EXPECT_NE(complaint(head + R"("detectors":["ohc"],"repetitions":1}})").find("/metamorphic/repetitions"),
               std::string::npos);
 }
 
