@@ -23,7 +23,7 @@ public:
     [[nodiscard]] TickContacts& contacts() { return contacts_; }
     [[nodiscard]] const TickContacts& contacts() const { return contacts_; }
 
-    /// Settings `explicit` and `unilateral`: every contact exerts its prescribed force.
+    /// Settings `explicit` and `zero_order_hold`: every contact exerts its prescribed force.
     void push_held(double h, TissueState& state);
     /// Finds the active contacts of this sub-step of h (s) and sets the new velocities of the touched vertices.
     void solve(double h, TissueState& state);
