@@ -20,8 +20,8 @@ inline constexpr std::int64_t viewed_stride = 8;
 /// Called before every tick with the run's name and the number of finished ticks.
 using ViewProgress = std::function<void(const std::string&, std::int64_t)>;
 
-/// The records that a page of the scene shows. Without `responses` two: ours (what the study names so, else the best of
-/// our own) and the best with another response, by the residual penetration, max; controls never. Else the best
+/// The records that a page of the scene shows. Without `responses` two: the best of our own (the one that
+/// the study names) and the best with another response, by largest residual penetration. Controls never. Else the best
 /// record of each response named, a name or a name with all its parameters; throws InputError where there is none.
 std::vector<const Record*> chosen_records(const std::vector<Record>& records, const std::string& scene,
                                           const std::vector<std::string>& responses);

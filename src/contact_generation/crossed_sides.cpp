@@ -11,9 +11,9 @@
 namespace trocar {
 namespace {
 
-/// Vertices are followed at a point a hair beside them, always the same way, so that no path runs exactly through an
-/// edge of a regular mesh.
-const Vector3 hair{1.37e-11, -2.91e-11, 2.23e-11};
+/// Vertices are followed at a point a tiny_offset beside them, always the same way, so that no path runs exactly
+/// through an edge of a regular mesh.
+const Vector3 tiny_offset{1.37e-11, -2.91e-11, 2.23e-11};
 
 Corners corners_from(const Topology& topology, const Matrix3X& position, Index triangle) {
     const auto c = topology.triangles.col(triangle);
@@ -31,10 +31,10 @@ int crossing(const Vector3& from, const Vector3& to, const std::array<Index, 3>&
     Box swept = box_of(before);
     for (const Vector3& corner : after) swept.add(corner);
     if (!path.overlaps(swept)) return 0;
-    const Vector3 x = from + hair;
+    const Vector3 x = from + tiny_offset;
     int sum = 0;
     if (before != after) sum += sweep_crossing(x, number, before, after);
-    if (from != to) sum += segment_crossing(x, to + hair, after[0], after[1], after[2]);
+    if (from != to) sum += segment_crossing(x, to + tiny_offset, after[0], after[1], after[2]);
     return sum;
 }
 
@@ -64,7 +64,7 @@ bool CrossedSides::is_beyond(const TickStart& start, const FeatureMesh& mesh, In
     partners.visit(mesh.faces_at_edge(edge).front(), [&](Index other) {
         if (topology.body_of_triangle[at(other)] != face_body) return;
         const auto c = topology.triangles.col(other);
-        count += segment_crossing(from + hair, to + hair, start.position(c[0], face_body),
+        count += segment_crossing(from + tiny_offset, to + tiny_offset, start.position(c[0], face_body),
                                   start.position(c[1], face_body), start.position(c[2], face_body));
     });
     return count != 0;
@@ -164,7 +164,7 @@ void CrossedSides::start_closed(const Topology& topology, const Frame& first, co
     const Vector3 outwards = size * Vector3(2.0, 1.237e-3, -2.713e-3);
     const Range vertices = topology.bodies[at(body)].vertices;
     for (Index v = vertices.first; v < vertices.end(); ++v) {
-        const Vector3 x = first.position.col(v) + hair;
+        const Vector3 x = first.position.col(v) + tiny_offset;
         Box box;
         box.add(x);
         if (!box.overlaps(surface.box())) continue;
@@ -179,7 +179,7 @@ void CrossedSides::start_closed(const Topology& topology, const Frame& first, co
 void CrossedSides::start_open(const Topology& topology, const FeatureMesh& mesh, const Frame& first,
                               const SurfaceTree& surface, Index body, Index face_body) {
     const auto crossings = [&](Index u, Index v) {
-        return surface.crossings(first.position.col(u) + hair, first.position.col(v) + hair);
+        return surface.crossings(first.position.col(u) + tiny_offset, first.position.col(v) + tiny_offset);
     };
     const Range vertices = topology.bodies[at(body)].vertices;
     std::vector<int> count(at(vertices.count), 0);

@@ -299,7 +299,7 @@ void add_metamorphic(std::vector<SummaryFigure>& list) {
           std::pair{"swapped", "two bodies that are tested against each other in the opposite order"},
           std::pair{"origin", "the origin 18 m away"},
           std::pair{"unit", "lengths in millimetres (responses: read from a file in millimetres)"}}) {
-        const std::string key = std::string("certificate_") + name;
+        const std::string key = std::string("metamorphic_") + name;
         list.push_back({key + "_pairs", "1", Better::lower,
                         std::string("Pairs that a detector reports in one of two answers only: ") + what, asked});
         list.push_back({key + "_m", "m", Better::lower,

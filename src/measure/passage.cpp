@@ -16,7 +16,7 @@ constexpr double most_samples = 2e5;
 constexpr double opposite = -0.5;
 /// Depth that makes one, at least: as part of how deep the body is, or of the distance from way in to way out.
 constexpr double deep_for_the_body = 0.8;
-constexpr double deep_for_the_way = 0.4;
+constexpr double deep_for_the_path = 0.4;
 /// Samples are thought moved by this part of the other body's box, in a direction that no mesh is built along, so that
 /// they do not run through edges and vertices of a mesh whose lines they share.
 constexpr double aside = 1e-9;
@@ -317,7 +317,7 @@ bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Directio
             const auto normal_in = target.normal.col(entered - body.triangles.first);
             const auto normal_out = target.normal.col(hit.triangle - body.triangles.first);
             const double deep_enough = std::min(deep_for_the_body * target.half_width,
-                                                deep_for_the_way * (here - direction.entry.col(column)).norm());
+                                                deep_for_the_path * (here - direction.entry.col(column)).norm());
             through = through || (normal_in.dot(normal_out) <= opposite && direction.deepest[sample] >= deep_enough);
         }
         entered = -1;

@@ -205,7 +205,7 @@ void RayTree::refit(const Triangles& triangles, const Matrix3X& position) {
     for (Slanted& slanted : slanted_) fit(triangles, position, slanted);
 }
 
-bool RayTree::may_meet(const Way& path, const Slanted& slanted, double begin, double end) const {
+bool RayTree::may_meet(const Segment& path, const Slanted& slanted, double begin, double end) const {
     // Where sizes are so small that a margin is none, nothing is passed over.
     if (!(path.margin > 1e-280)) return true;
     for (int axis = 0; axis < 3; ++axis) {
@@ -231,7 +231,7 @@ int RayTree::turns_of_rim(const Matrix3X& position, const Node& node, const Vect
 int RayTree::crossings(const Triangles& triangles, const Matrix3X& position, const Vector3& p, RayWork* work) const {
     if (nodes_.empty()) return 0;
     const Box point{p, p};
-    const Way up{p - middle_, Vector3::UnitZ(), std::numeric_limits<double>::infinity(), margin_at(p)};
+    const Segment up{p - middle_, Vector3::UnitZ(), std::numeric_limits<double>::infinity(), margin_at(p)};
     int sum = 0;
     Waiting waiting;
     waiting.push(0);

@@ -38,12 +38,12 @@ public:
     /// overall size. Some other triangles are visited too.
     template <typename Act>
     void visit_along(const Vector3& p, const Vector3& q, const Act& act, RayWork* work = nullptr) const {
-        visit(Way::between(p, q, *this), 3, act, work);
+        visit(Segment::between(p, q, *this), 3, act, work);
     }
     /// The same in the projection onto the xy plane.
     template <typename Act>
     void visit_along_from_above(const Vector3& p, const Vector3& q, const Act& act) const {
-        visit(Way::between(p, q, *this), 2, act, nullptr);
+        visit(Segment::between(p, q, *this), 2, act, nullptr);
     }
 
     /// Stored elements, for tests of the growth of memory.
@@ -75,12 +75,12 @@ private:
         Vector3 high = Vector3::Zero();
     };
     /// Straight segment from a point, relative to middle_.
-    struct Way {
+    struct Segment {
         Vector3 from;
         Vector3 along;
         double end;     ///< of the parameter, which starts at 0
         double margin;  ///< m, far above rounding
-        static Way between(const Vector3& p, const Vector3& q, const RayTree& tree) {
+        static Segment between(const Vector3& p, const Vector3& q, const RayTree& tree) {
             return {p - tree.middle_, q - p, 1.0, tree.margin_at(p) + tree.margin_at(q)};
         }
     };
@@ -95,8 +95,8 @@ private:
         end = std::min(end, std::max(one, other));
         return begin <= end;
     }
-    [[nodiscard]] bool may_meet(const Way& path, const Slanted& slanted, double begin, double end) const;
-    [[nodiscard]] bool may_meet(const Way& path, const Node& node, int axes) const {
+    [[nodiscard]] bool may_meet(const Segment& path, const Slanted& slanted, double begin, double end) const;
+    [[nodiscard]] bool may_meet(const Segment& path, const Node& node, int axes) const {
         double begin = 0.0;
         double end = path.end;
         for (int axis = 0; axis < axes; ++axis) {
@@ -108,7 +108,7 @@ private:
                may_meet(path, slanted_[static_cast<std::size_t>(node.slanted)], begin, end);
     }
     template <typename Act>
-    void visit(const Way& path, int axes, const Act& act, RayWork* work) const {
+    void visit(const Segment& path, int axes, const Act& act, RayWork* work) const {
         if (nodes_.empty()) return;
         Waiting waiting;
         waiting.push(0);

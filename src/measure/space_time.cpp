@@ -64,7 +64,7 @@ bool SpaceTimeTruth::measure(const Frame& frame) {
             beginnings_.push_back(
                 {.a = candidate.first, .b = candidate.second, .body_a = body_a, .body_b = body_b, .time = *time});
         }
-        tick.on_the_way = !met_.empty();
+        tick.between_frames = !met_.empty();
         if (tick.at_end || met_.empty()) continue;
         for (const IndexPair& pair : met_) {
             const std::optional<double> from_end = oracle_first_contact(
@@ -112,8 +112,8 @@ void judge_swept(const Topology& topology, const SpaceTimeTruth& truth, const Co
         }
         const Index number = topology.body_pair(reported.body_a, reported.body_b);
         const BodyPairTick tick = number < 0 ? BodyPairTick{} : truth.body_pairs()[at(number)];
-        row.swept_false_positives += tick.on_the_way ? 0 : 1;
-        if (!tick.at_start && tick.on_the_way) {
+        row.swept_false_positives += tick.between_frames ? 0 : 1;
+        if (!tick.at_start && tick.between_frames) {
             row.swept_time_error = std::fmax(row.swept_time_error, std::abs(reported.time - tick.first));
         }
     }
@@ -136,7 +136,7 @@ void ContactEvents::follow(const Frame& frame, double dt, const SpaceTimeTruth& 
     const double start = frame.time - dt;
     for (std::size_t p = 0; p < truth.body_pairs().size(); ++p) {
         const BodyPairTick& tick = truth.body_pairs()[p];
-        if (open_[p] < 0 && tick.on_the_way) {
+        if (open_[p] < 0 && tick.between_frames) {
             open_[p] = static_cast<std::ptrdiff_t>(events_.size());
             const auto& [body_a, body_b] = topology.body_pairs[p];
             // In contact from the very first frame on: there was no earlier moment to see it.

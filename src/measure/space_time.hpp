@@ -19,7 +19,7 @@ namespace trocar {
 struct BodyPairTick {
     bool at_start = false;  ///< the surfaces meet at the frame before
     bool at_end = false;    ///< they meet at this frame
-    bool on_the_way = false;
+    bool between_frames = false;
     double first =
         std::numeric_limits<double>::quiet_NaN();  ///< fraction of the tick at which contact begins, unless at_start
     double last =

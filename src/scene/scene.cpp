@@ -401,8 +401,8 @@ void read_hinge(const JsonNode& node, const Places& places, Vector3& point, Vect
 
 /// Neighbours agree everywhere, and a closed shell is counter-clockwise seen from outside, unless it is a cavity: then
 /// the rest of the body surrounds it. A closed shell of a body that is said to be open may hold the others inside.
-void expect_right_way_round(const std::vector<Part>& parts, const Matrix3X& vertices, const Triangles& triangles,
-                            bool said_open) {
+void expect_consistent_orientation(const std::vector<Part>& parts, const Matrix3X& vertices, const Triangles& triangles,
+                                   bool said_open) {
     Index first_triangle = 0;
     for (const Part& part : parts) {
         const Index begin = first_triangle;
@@ -495,7 +495,7 @@ void read_parts(const JsonNode& node, const Places& places, BodyPlan& plan) {
         }
     }
     const bool said_open = node.has("closed") && !plan.body.closed;
-    expect_right_way_round(parts, local, plan.body.triangles, said_open);
+    expect_consistent_orientation(parts, local, plan.body.triangles, said_open);
 }
 
 BodyPlan read_body(const JsonNode& node, const Places& places) {

@@ -208,9 +208,9 @@ void EnergyMomentumAudit::observe_tools(const Frame& seen, const Frame& after, s
     for (Index body = 0; body < topology.body_count() && at(body) < scene_->bodies.size(); ++body) {
         const std::optional<Motion>& motion = scene_->bodies[at(body)].motion;
         if (!motion) continue;
-        const bool by_hand = motion->drive == Drive::simulated_operator;
-        const Pose& first = by_hand ? seen.pose[at(body)] : pose_before_[at(body)];
-        const Pose& last = by_hand ? after.pose[at(body)] : seen.pose[at(body)];
+        const bool by_operator = motion->drive == Drive::simulated_operator;
+        const Pose& first = by_operator ? seen.pose[at(body)] : pose_before_[at(body)];
+        const Pose& last = by_operator ? after.pose[at(body)] : seen.pose[at(body)];
         const Quaternion turn = last.rotation * first.rotation.conjugate();
         const Vector3 path = last.translation - turn * first.translation;
         const Eigen::AngleAxisd angle(turn);

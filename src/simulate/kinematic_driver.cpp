@@ -159,8 +159,8 @@ void KinematicDriver::press_scripted(const ResponseOutput& output, const Frame& 
             rate += contact.weights[i] * frame.velocity.col(vertex).dot(contact.normal);
         }
         if (pushed < 0 || topology.bodies[at(pushed)].kind == BodyKind::tissue) continue;
-        const auto by_hand = [this](Index body) { return body >= 0 && operator_of_body_[at(body)] >= 0; };
-        if (!by_hand(pushed) && !by_hand(contact.reaction_body)) {
+        const auto by_operator = [this](Index body) { return body >= 0 && operator_of_body_[at(body)] >= 0; };
+        if (!by_operator(pushed) && !by_operator(contact.reaction_body)) {
             const double gap = contact.gap + rate * scene_->dt;
             const bool both_senses = contact.bilateral() || contact.adhesive;
             const StepLaw law(contact.k, std::max(contact.mu, 0.0), -contact.gap, scene_->dt, both_senses);

@@ -22,7 +22,7 @@ constexpr std::uint32_t shuffle_seed = 1;
 const Vector3 other_origin(16.0, -8.0, 4.0);  // m
 
 void put(Record& record, const std::string& name, const char* ending, double value) {
-    record.summary["certificate_" + name + ending] = value;
+    record.summary["metamorphic_" + name + ending] = value;
 }
 
 // ------------------------------------------------------------------ detectors: sets of pairs

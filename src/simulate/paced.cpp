@@ -22,8 +22,8 @@ std::int64_t now_ns() {
 
 void wait_until(std::int64_t release_ns) {
     // clock_nanosleep returns about 50 µs late, so the last stretch polls the clock.
-    constexpr std::int64_t awake_ns = 100'000;
-    const std::int64_t wake = release_ns - awake_ns;
+    constexpr std::int64_t spin_ns = 100'000;
+    const std::int64_t wake = release_ns - spin_ns;
     if (wake > now_ns()) {
         timespec time{};
         time.tv_sec = static_cast<time_t>(wake / second_ns);

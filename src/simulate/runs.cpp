@@ -229,7 +229,7 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
     if (spec.mode == "triangle_pair") return run_triangle_pair(scene, spec, limits);
     throw InputError(
         "run", "/mode",
-        "replay, closed_loop, triangle_pair, work_precision, ablation, paced, cost_by_size, metamorphic test or "
+        "replay, closed_loop, triangle_pair, work_precision, ablation, paced, cost_by_size, metamorphic or "
         "hard_case",
         fmt::format("'{}'", spec.mode));
 }

@@ -41,16 +41,16 @@ std::int64_t Rupture::judge(const Frame& frame, const ResponseOutput& output,
         Strained& one = strained_[at(vertex)];
         if (one.tick != tick_) {
             one.tick = tick_;
-            one.gives_way = false;
+            one.yields = false;
             touched_now_.push_back(vertex);
         }
-        one.gives_way =
-            one.gives_way || contact_forces[c].at_limit || (contact.gap < -deep && is_at_strain_limit(frame, vertex));
+        one.yields =
+            one.yields || contact_forces[c].at_limit || (contact.gap < -deep && is_at_strain_limit(frame, vertex));
     }
     std::int64_t torn = 0;
     for (const Index vertex : touched_now_) {
         Strained& one = strained_[at(vertex)];
-        one.time = one.gives_way ? one.time + dt : 0.0;
+        one.time = one.yields ? one.time + dt : 0.0;
         if (one.time <= tear_time || one.torn) continue;
         one.torn = true;
         ++torn;

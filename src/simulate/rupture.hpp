@@ -30,7 +30,7 @@ private:
         double time = 0.0;  ///< s, at a limit without interruption
         std::int64_t tick = -1;
         bool torn = false;
-        bool gives_way = false;
+        bool yields = false;
     };
     [[nodiscard]] bool is_at_strain_limit(const Frame& frame, Index vertex) const;
 

@@ -423,7 +423,7 @@ StepperEntry adaptive_multires_stepper() {
              "bound on the error of the force at a tool, as a part of it, on meshes with even faces: sets how far the "
              "fine region reaches"},
         whole_number("slices", "16", 16, "a part of one over this many of all vertices is followed in a tick, at most"),
-        whole_number("visits", "250", 3,
+        whole_number("relaxations", "250", 3,
                      "most vertices of the far field that are followed in a tick, those first that have gone furthest"),
         whole_number("whole", "2000", 0,
                      "tissue of up to so many moving vertices is stepped as a whole, by `implicit`"),
@@ -454,7 +454,7 @@ StepperEntry adaptive_multires_stepper() {
         return std::make_unique<AdaptiveMultiresStepper>(
             AdaptiveMultiresSettings{.error = values.number("error"),
                                      .slices = count("slices"),
-                                     .relaxations = count("visits"),
+                                     .relaxations = count("relaxations"),
                                      .whole = count("whole"),
                                      .tolerance = values.number("tolerance"),
                                      .iterations = static_cast<int>(values.integer("iterations")),

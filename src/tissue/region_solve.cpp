@@ -99,7 +99,7 @@ void RegionSystem::remember_forces(const TickContacts& contacts) {
     pressed_.clear();
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const std::uint64_t id = contacts.given(contacts.all()[c]).source_id;
-        if (id != 0 && rows_[c].gives_way()) pressed_.push_back({id, rows_[c].now});
+        if (id != 0 && rows_[c].yields()) pressed_.push_back({id, rows_[c].now});
     }
     std::sort(pressed_.begin(), pressed_.end(),
               [](const Pressed& a, const Pressed& b) { return std::tie(a.id, a.force) < std::tie(b.id, b.force); });
@@ -317,7 +317,7 @@ double RegionSystem::step_length(double h, double downhill, double curvature) co
             const Row& row = rows_[c];
             const double rate = row.rate + step * row.along;
             slope -= h * row.along * (row.force(rate) - row.now);
-            if (row.gives_way(rate)) bend += h * row.yield * row.along * row.along;
+            if (row.yields(rate)) bend += h * row.yield * row.along * row.along;
         }
         if (n > 0 && std::abs(slope) <= settled * downhill) break;
         (slope < 0.0 ? low : high) = step;
@@ -415,7 +415,7 @@ RegionSystem::Descent RegionSystem::descend(const Part& part, double rho, double
             row.rate += step * row.along;
             if (row.press > 0.0) row.now = row.given - row.yield * row.rate;
             // A contact that jumps from zero to its limit gives way at neither.
-            const bool goes = row.press > 0.0 ? !row.gives_way() : row.force(row.rate) != row.now;
+            const bool goes = row.press > 0.0 ? !row.yields() : row.force(row.rate) != row.now;
             descent.strays = descent.strays || goes;
         }
         const double next = precondition(step, part, contacts);
@@ -454,7 +454,7 @@ void RegionSystem::go_along(double h, const Part& part, const TickContacts& cont
         const double force = row.force(row.rate);
         push(all[c], h * (force - row.now) + step * row.press * row.along, residual_);
         row.now = force;
-        if (row.gives_way() != (row.press > 0.0)) change_block(h, c, contacts);
+        if (row.yields() != (row.press > 0.0)) change_block(h, c, contacts);
     }
     couple(contacts);
 }

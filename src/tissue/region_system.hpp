@@ -60,13 +60,13 @@ private:
         /// N, on P along the normal, if the step ends with this rate (m/s).
         [[nodiscard]] double force(double after) const { return std::clamp(given - yield * after, least, most); }
         /// True if that force depends on the rate.
-        [[nodiscard]] bool gives_way(double after) const {
+        [[nodiscard]] bool yields(double after) const {
             const double wanted = given - yield * after;
             return yield > 0.0 && wanted > least && wanted < most;
         }
-        [[nodiscard]] bool gives_way() const { return gives_way(rate); }
+        [[nodiscard]] bool yields() const { return yields(rate); }
         /// kg, its contribution along the normal to the matrix of a step of h (s).
-        [[nodiscard]] double pressing(double h) const { return gives_way() ? h * yield : 0.0; }
+        [[nodiscard]] double pressing(double h) const { return yields() ? h * yield : 0.0; }
         /// Component of a vector along the surface and perpendicular to the direction of sliding.
         [[nodiscard]] Vector3 held(const Vector3& vector, const TickContact& contact) const {
             return contact.along_surface(vector) - vector.dot(slide) * slide;

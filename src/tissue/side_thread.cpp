@@ -9,7 +9,7 @@ namespace trocar {
 SideThread::SideThread() : thread_([this] { serve(); }) {}
 
 SideThread::~SideThread() {
-    wait_awake_while(State::working);
+    spin_while(State::working);
     change(State::over);
     thread_.join();
 }
@@ -31,7 +31,7 @@ void SideThread::join() {
 
 /// Waits until the work is done. Returns its exception, if any.
 std::exception_ptr SideThread::finish() {
-    wait_awake_while(State::working);
+    spin_while(State::working);
     state_.store(State::idle);
     return std::exchange(thrown_, nullptr);
 }
@@ -39,7 +39,7 @@ std::exception_ptr SideThread::finish() {
 void SideThread::serve() {
     for (State now = state_.load(); now != State::over; now = state_.load()) {
         if (now == State::roused) {
-            wait_awake_while(now);
+            spin_while(now);
         } else if (now != State::working) {
             state_.wait(now);
         } else {
@@ -59,7 +59,7 @@ void SideThread::change(State to) {
 }
 
 /// Spins for a while, then blocks: a machine with a single processor has to run the other thread.
-void SideThread::wait_awake_while(State now) const {
+void SideThread::spin_while(State now) const {
     constexpr int polls = 4000;
     for (int n = 0; n < polls; ++n) {
         if (state_.load() != now) return;

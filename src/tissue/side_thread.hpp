@@ -46,7 +46,7 @@ private:
     std::exception_ptr finish();
     void serve();
     void change(State to);
-    void wait_awake_while(State now) const;
+    void spin_while(State now) const;
 
     std::atomic<State> state_ = State::idle;
     void (*act_)(const void*) = nullptr;

@@ -105,7 +105,7 @@ TEST_F(Replay, OfSeveralLongStepsTheLongestInEdgesIsReportedWhicheverOfTheTwoMov
     }
 }
 
-TEST_F(Replay, AStepIsTheWayOfOneBodyAgainstTheOther) {
+TEST_F(Replay, AStepIsThePathOfOneBodyAgainstTheOther) {
     // Heights of the large triangle a and of the small one b, whose mean edge is 0.114 m.
     const auto reported = [this](const std::array<std::array<double, 2>, 3>& frames) {
         test::RecordingText text;

@@ -37,7 +37,7 @@ struct Pressed {
             if (s.materials.pinned[static_cast<std::size_t>(v)] == 0) free.push_back(v);
         }
     }
-    /// Planes that come down at 0.1 m/s; the first contact gives way at 20 mN, the second rubs.
+    /// Planes that come down at 0.1 m/s; the first contact gives way at 20 mN, the second has friction.
     void press(int tick) {
         output.clear();
         for (std::size_t c = 0; c < 3; ++c) {
@@ -243,7 +243,7 @@ TEST_P(StepperContract, AnEdgeHeldAgainstAnEdgeIsPushedWhereTheyCross) {
     }
 }
 
-TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitGivesWay) {
+TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitYields) {
     // A vertex that a plane from below and one from above press together by 2 mm: the first yields at 0.3 N, so that
     // the other is left 0.3 N / 1000 N/m deep.
     test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-4}, {0}, {});
@@ -440,7 +440,7 @@ TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsBearsWhatPressesOnIt) 
     EXPECT_NEAR(stepper->contact_forces()[0].normal, std::abs(one.load), 0.01 * std::abs(one.load));
 }
 
-TEST_P(StepperContract, AFaceHeldAgainstWhatIsLedIsPushedAlongItsNormalAtTheNearestPoint) {
+TEST_P(StepperContract, AFaceHeldAgainstWhatIsDrivenIsPushedAlongItsNormalAtTheNearestPoint) {
     // Free corners of 1 g without springs, in the plane across n. The contact has the normal and the weights of a tick
     // ago; by now the driven point stands over 3 parts of the first corner, 2 of the second and 5 of the third.
     const Vector3 n(-0.6, 0.0, 0.8);

@@ -338,7 +338,7 @@ TEST(OhcClustered, AnyMotionOfAnyPartIsAnswered) {
     }
 }
 
-TEST(OhcClustered, ContactThatWandersIsAnsweredAllTheWay) {
+TEST(OhcClustered, ContactThatWandersIsAnsweredToItsEnd) {
     World world = make_world("wander", {{BodyKind::instrument, shaft(0.002, 0.03, 12, 40).move({-0.045, 0.0, -0.002})},
                                         {BodyKind::tissue, slab(0.1, 0.004, 100).shake(0.00005, 5)}});
     const auto detector = make_detector("ohc_clustered", {});

@@ -224,7 +224,7 @@ TEST(MeetingBoxes, KeepEveryTriangleThatReachesIntoAnotherBodysBoxAndWithFewNeig
     EXPECT_GT(ruled_out, 100U);
 }
 
-TEST(TriangleCells, BoxesHoldTheCornersTheirWayAndWhatIsAroundThemAndNothingElse) {
+TEST(TriangleCells, BoxesHoldTheCornersTheirPathAndWhatIsAroundThemAndNothingElse) {
     World world = make_world(
         "soups", {{BodyKind::instrument, soup(30, 0.02, 0.2, 91)}, {BodyKind::tissue, soup(30, 0.01, 0.2, 92)}});
     const Index count = world.topology.vertex_count;

@@ -9,7 +9,7 @@
 namespace trocar {
 namespace {
 
-std::vector<IndexPair> by_hand(const std::vector<Box>& boxes, Range first, Range second) {
+std::vector<IndexPair> one_by_one(const std::vector<Box>& boxes, Range first, Range second) {
     std::vector<IndexPair> pairs;
     for (Index i = first.first; i < first.end(); ++i) {
         for (Index j = second.first; j < second.end(); ++j) {
@@ -40,9 +40,9 @@ TEST(OverlappingBoxes, EqualsTestingEveryPair) {
         }
         std::vector<IndexPair> pairs{{7, 7}};
         overlapping_boxes(boxes, first, second, pairs);
-        EXPECT_EQ(pairs, by_hand(boxes, first, second));
+        EXPECT_EQ(pairs, one_by_one(boxes, first, second));
         overlapping_boxes(boxes, second, first, pairs);
-        EXPECT_EQ(pairs, by_hand(boxes, second, first));
+        EXPECT_EQ(pairs, one_by_one(boxes, second, first));
     }
 }
 

@@ -283,7 +283,7 @@ private:
     std::mt19937_64 random_;
 };
 
-TEST(FirstContact, FastAndIntegerWayAgreeToTheLastBit) {
+TEST(FirstContact, FastAndIntegerPathAgreeToTheLastBit) {
     FreeMotion motion(4);
     std::array<int, 2> hits{};
     for (int n = 0; n < 2500; ++n) {
@@ -313,7 +313,7 @@ TEST(FirstContact, FastAndIntegerWayAgreeToTheLastBit) {
     EXPECT_GT(hits[1], 30);
 }
 
-TEST(FirstContact, FastAndIntegerWayAgreeOnDegenerateMotion) {
+TEST(FirstContact, FastAndIntegerPathAgreeOnDegenerateMotion) {
     LatticeMotion motion(5);
     for (int n = 0; n < 400; ++n) {
         MovingTriangle first = motion.triangle();
@@ -366,7 +366,7 @@ std::optional<FirstMeeting> oracle_meeting(const MovingTriangle& first, const Mo
     return meeting;
 }
 
-TEST(FirstContact, SurfacesThatLandOnEachOtherAgreeWithTheIntegerWay) {
+TEST(FirstContact, SurfacesThatLandOnEachOtherAgreeWithTheIntegerPath) {
     struct Landing {
         double edge;
         Vector3 corner;

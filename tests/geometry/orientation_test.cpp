@@ -96,7 +96,7 @@ TEST(MeshOrientation, CubesGluedAtFacesAndEdgesAgree) {
     }
 }
 
-TEST(MeshOrientation, AnOpenSheetHasAWayRoundAndNoVolume) {
+TEST(MeshOrientation, AnOpenSheetHasAPathRoundAndNoVolume) {
     Surface open;
     open.cube({0, 0, 0}, 1.0).triangles.resize(10);
     EXPECT_FALSE(open.report().closed);

@@ -40,7 +40,7 @@ std::set<std::string> forbidden_includes(const Layers& layers, const std::string
     return forbidden;
 }
 
-TEST(Layers, EveryIncludePointsTheAllowedWay) {
+TEST(Layers, EveryIncludePointsTheAllowedPath) {
     const std::filesystem::path source(TROCAR_SOURCE_DIR);
     std::ifstream stream(source / "src/layers.txt");
     const Layers layers = read_layers(stream);

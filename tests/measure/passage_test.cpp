@@ -59,7 +59,7 @@ Scene shaft_and_plate(const std::vector<Key>& keys, const std::string& tip = "ro
         ticks, edge, tip, keys_text(keys, 0.0, "0,0,0")));
 }
 
-TEST(PassageTruth, AShaftLedThroughAPlateCountsOnceAndStandsThere) {
+TEST(PassageTruth, AShaftDrivenThroughAPlateCountsOnceAndStandsThere) {
     EXPECT_EQ(passages_of(shaft_and_plate({{0, 0, 0.003}, {0.2, 0, -0.012}, {0.3, 0, -0.012}})), 1);
     // Coarser and finer faces, a path through their very vertices, a slanted one.
     EXPECT_EQ(passages_of(shaft_and_plate({{0, 0, 0.003}, {0.2, 0, -0.012}}, "flat", 0.003)), 1);

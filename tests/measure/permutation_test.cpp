@@ -48,7 +48,7 @@ TEST(Permutation, ShuffledTrianglesAreTheSameInAnotherOrder) {
     }
 }
 
-TEST(Permutation, BodiesChangePlacesAndPairsFindTheWayBack) {
+TEST(Permutation, BodiesChangePlacesAndPairsFindThePathBack) {
     const test::World world = three_bodies();
     const Permutation all = with_bodies_in_order(world.topology, {2, 0, 1});
     expect_same_triangles(world, all);

@@ -220,7 +220,7 @@ TEST(Playback, ShowsTheTicksThatAreAskedForOnce) {
               (std::vector<std::int64_t>{deepest, 59}));
 }
 
-TEST(Playback, DisplacementStartsAtZeroAndIsTheWayFromTheFirstFrame) {
+TEST(Playback, DisplacementStartsAtZeroAndIsThePathFromTheFirstFrame) {
     const Scene scene = test::scene_from_text(test::poke_text());
     for (const PlayedFrame& frame : frames_of(scene, closed_loop("unilateral", "tracked_proximity"), {.every = 20})) {
         EXPECT_EQ(frame.displacement, frame.position - scene.first.position);

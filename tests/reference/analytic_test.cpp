@@ -70,7 +70,7 @@ TEST(Analytic, PointOnAPlaneSpringRestsWhereTheSpringsBalance) {
     }
 }
 
-TEST(Analytic, HandAtRestOnTissueHoldsTheForceOfItsSpring) {
+TEST(Analytic, OperatorAtRestOnTissueHoldsTheForceOfItsSpring) {
     // i2t_operator_press: from 0.5 s to 0.8 s the operator stands 6 mm past the sheet. What rests has no sum of forces,
     // so the contact carries 300 N/m times the way that the shaft stays behind the operator, whatever the response.
     const Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes/i2t_operator_press.json", {});
@@ -304,8 +304,8 @@ TEST_P(PressedMembrane, SagsAsItsGreensFunction) {
     };
     int checked = 0;
     double worst = 0.0;
-    const Range skin = scene.topology.bodies[1].vertices;
-    for (Index v = skin.first; v < skin.end(); ++v) {
+    const Range tissue = scene.topology.bodies[1].vertices;
+    for (Index v = tissue.first; v < tissue.end(); ++v) {
         const Vector3 x = simulation.frame().position.col(v);
         if ((x.head<2>() - Eigen::Vector2d(p.x, p.y)).norm() < 4.0 * p.edge) continue;
         const double expected = sag(x.x(), x.y());

@@ -61,7 +61,7 @@ TEST(ElasticFoundation, OfAGivenLawIsItsStiffnessForEveryVertexOnceForAPair) {
     }
 }
 
-TEST(ElasticFoundation, DependsOnTheDepthsAloneWhateverWayTheBodiesCame) {
+TEST(ElasticFoundation, DependsOnTheDepthsAloneWhateverPathTheBodiesCame) {
     // Samples clear of the other body are not examined until something has moved as far: neither many small steps of
     // both bodies nor one that takes every vertex to minus its place may hide a depth.
     const Scene scene = two_triangles(BodyKind::instrument, {.k = std::nan(""), .mu = 0.0});

@@ -318,7 +318,7 @@ TEST(ImplicitSolver, MomentumOfAnImpactIsTheImpulseOfItsForces) {
     EXPECT_NEAR(impulse, momentum, 0.03 * absolute);
 }
 
-TEST(ImplicitSolver, OperatorAgainstAHardPlateRestsWhereHandSpringAndContactBalance) {
+TEST(ImplicitSolver, OperatorAgainstAHardPlateRestsWhereVirtualCouplingAndContactBalance) {
     // An operator's small plate is driven 2 mm beyond a fixed one: it stays, and the operator pulls with k times the
     // rest.
     Motion motion = moving({0, 0, 0.001}, {0, 0, -0.002}, 0.05);
@@ -535,7 +535,7 @@ Scene plate_through_triangle(const std::vector<Vector3>& path) {
     return scene;
 }
 
-TEST(BuildReference, BodiesThatBeginInsideEachOtherAreLedInStepByStepFromTheEndOfTheScript) {
+TEST(BuildReference, BodiesThatBeginInsideEachOtherAreDrivenInStepByStepFromTheEndOfTheScript) {
     // From 2.4 m above, further than one step could lead. In the end the plate holds the two upper corners 3 mm down.
     const Vector3 begin(0.001, 0.002, -0.003);
     const Scene scene = plate_through_triangle({begin, begin, Vector3(begin + Vector3(0.0, 0.0, 2.403))});

@@ -243,7 +243,7 @@ std::vector<Record> detectors_of_one_response() {
     return records;
 }
 
-TEST(Report, LostByTheDetectorIsReportedAsDepthAndForceAgainstAnExactOne) {
+TEST(Report, DetectionErrorsAreReportedAsDepthAndForceAgainstAnExactOne) {
     const std::string markdown = test::whole(make_report(detectors_of_one_response()));
     EXPECT_NE(markdown.find("## Effect of detection errors"), std::string::npos);
     EXPECT_NE(markdown.find("| `theirs + push (intersection)` | `mine` | 2220 of 4440 | 7 of 20 | 0.500 → 2.50 | 2.00 "
@@ -255,7 +255,7 @@ TEST(Report, LostByTheDetectorIsReportedAsDepthAndForceAgainstAnExactOne) {
         std::string::npos);
 }
 
-TEST(Report, WithoutAnExactRowNothingIsSaidToBeLost) {
+TEST(Report, WithoutAnExactRowNothingIsCompared) {
     std::vector<Record> records = detectors_of_one_response();
     records[0].environment["detector.claims_exact"] = "no";
     EXPECT_EQ(test::whole(make_report(records)).find("## Effect of detection errors"), std::string::npos);

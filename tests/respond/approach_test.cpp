@@ -116,13 +116,13 @@ TEST(Approach, ThrownTissueStopsOnAFaceAndDoesNotComeBackFromIt) {
 TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
     test::expect_known_gap(
         "features that pass 8 um beside each other are thought to meet along a slanted way: 0.08 N for a tick", [] {
-            struct Way {
+            struct Travel {
                 std::string name;
                 std::function<Vector3(double)> place;  ///< of the lowest face's middle
                 bool starts_near = false;
             };
             // The contact offset of the sheet is 5 um: within it a tool that stands is moved off.
-            const std::vector<Way> paths{
+            const std::vector<Travel> paths{
                 {"sideways 0.2 mm above", [](double t) { return Vector3(-0.02 + 1.0 * t, 0.0007, 0.0002); }},
                 {"down at 0.5 m/s to 0.05 mm above, and up",
                  [](double t) { return Vector3(0.0011, 0.0007, 5e-5 + 0.5 * std::abs(t - 0.01)); }},
@@ -130,7 +130,7 @@ TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
                  true},
                 {"up from 8 um above", [](double t) { return Vector3(0.0011, 0.0007, 8e-6 + 0.5 * t); }}};
             const test::Mesh tool = make_box(Vector3(0.012, 0.008, 0.01));
-            for (const Way& path : paths) {
+            for (const Travel& path : paths) {
                 const auto run = [&](double aside) {
                     return ClosedLoop({LoopBody{.name = "tool",
                                                 .kind = BodyKind::instrument,
@@ -216,7 +216,7 @@ Touch first_touch(const Scene& scene, const std::string& method) {
     return {};
 }
 
-TEST(Approach, TissueIsClearOfAHandLedToolAfterTheTickInWhichItLands) {
+TEST(Approach, TissueIsClearOfAnOperatorDrivenToolAfterTheTickInWhichItLands) {
     double latest = 0.0;
     for (const Tool& tool : tools) {
         for (const double driven_at : {0.25, 0.5, 1.0, 2.0, 3.0}) {
@@ -229,7 +229,7 @@ TEST(Approach, TissueIsClearOfAHandLedToolAfterTheTickInWhichItLands) {
     EXPECT_GT(latest, 1e-4) << "the test should have seen late contact";
 }
 
-TEST(Approach, TissueGainsNoMoreThanAHandGivesWhenItsToolLands) {
+TEST(Approach, TissueGainsNoMoreThanAnOperatorGivesWhenItsToolLands) {
     for (const Tool& tool : tools) {
         for (const double driven_at : {0.25, 0.5, 1.0, 2.0, 3.0}) {
             const Scene scene = landing(tool, driven_at);

@@ -343,7 +343,7 @@ TEST(TipProxy, APressedTipGivesStiffnessTimesDepthOnceWhateverThePairs) {
     }
 }
 
-TEST(TipProxy, ATipThatHasGoneThroughAThinPlateIsStillPushedBackTheWayItCame) {
+TEST(TipProxy, ATipThatHasGoneThroughAThinPlateIsStillPushedBackThePathItCame) {
     for (const char* method : {"god_object:k=100", "thesis:k=100,mu=0"}) {
         test::ClosedLoop loop = pressed_tip(method, -0.009, 0.001);
         for (int tick = 0; tick < 20; ++tick) ASSERT_TRUE(loop.step());

@@ -115,7 +115,7 @@ TEST(RigidPatch, OpenBladeOverTheEdgeOfABlockIsPushedAlongBothFaces) {
     EXPECT_LT((row.tool_force - Vector3(1.0, 0.0, 1.0)).norm(), 1e-9) << row.tool_force.transpose();
 }
 
-TEST(RigidPatch, OpenBladeLedByAHandGetsNoEnergyOnItsWayInAndOut) {
+TEST(RigidPatch, OpenBladeDrivenByAnOperatorGetsNoEnergyOnItsPathInAndOut) {
     for (const char* turn : {"0,0,0", "0,0,45", "0,0,-45", "10,5,20", "30,0,0"}) {
         std::string text = over_a_block(blade, 0.05, 0.008, "operator", turn, false);
         const std::string high = fmt::format("[0.0021,0.0013,0.008,{}]", turn);

@@ -47,7 +47,7 @@ TEST(TickStart, SpringsOfEveryResponseEndTheTickWhereTheScriptDoes) {
     }
 }
 
-TEST(TickStart, WhatHandsMovedIsNotTheScripts) {
+TEST(TickStart, WhatOperatorsMovedIsNotTheScripts) {
     // The same motion as the end of an operator's last tick: at the start of this one the tool is where the frame has
     // it.
     for (const std::string method : {"penalty:k=1000,mu=0", "thesis:k=1000,mu=0,n_back=0"}) {

@@ -174,7 +174,7 @@ TEST(UnilateralPress, SheetUnderAToolThatStandsStillComesToRest) {
     EXPECT_GT(record.summary.at("force_max_n"), 0.3);
 }
 
-TEST(UnilateralFriction, BarDrawnAlongTheEdgeThatItLiesOnRubsByCoulombsLaw) {
+TEST(UnilateralFriction, BarDrawnAlongTheEdgeThatItLiesOnHasFrictionByCoulombsLaw) {
     // What its ends push ahead of them counts apart.
     const double smooth = drag_share(0.0);
     for (const double friction : {0.1, 0.3}) {
@@ -190,7 +190,7 @@ TEST(UnilateralRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueC
     test::expect_known_gap("no rupture is reported and up to 12 N press at a pinned rim", [] {
         // Pins hold the rim at x = 30 mm where the tool must pass: dragged out over it, pressed on it, dragged in from
         // beyond it, all 3 mm below the sheet's plane.
-        struct Way {
+        struct Travel {
             const char* name;
             std::function<Vector3(double)> offset;
             int last_key;  ///< tick
@@ -199,12 +199,12 @@ TEST(UnilateralRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueC
         const auto drag = [](double from, double to, double t) {
             return from + (to - from) * std::clamp((t - 0.1) / 0.5, 0.0, 1.0);
         };
-        const Way paths[] = {
+        const Travel paths[] = {
             {"out", [&](double t) { return Vector3(drag(0.015, 0.045, t), 0.0007, std::max(0.005 - 0.1 * t, down)); },
              600},
             {"on it", [&](double t) { return Vector3(0.0302, 0.0007, std::max(0.005 - 0.05 * t, down)); }, 160},
             {"in", [&](double t) { return Vector3(drag(0.05, 0.02, t), 0.0007, down); }, 600}};
-        for (const Way& path : paths) {
+        for (const Travel& path : paths) {
             ClosedLoop loop = loop_of(make_shaft(0.004, 0.05, 10, 0.003), path.offset, make_sheet(12, 0.005));
             const Course course = run(loop, path.last_key + 200);
             EXPECT_GT(course.ruptures, 0) << path.name;

@@ -170,7 +170,7 @@ TEST(UnilateralOnBone, ATipBehindOpenBoneIsPressedBackAlsoWhereTrianglesStandTwi
     }
 }
 
-TEST(UnilateralOnBone, AToolLedThroughAPlateIsReportedToHavePassed) {
+TEST(UnilateralOnBone, AToolDrivenThroughAPlateIsReportedToHavePassed) {
     const Scene scene = rigid_scene(
         R"({"name":"first","kind":"rigid","closed":true,"pose":[0,0,-0.003,0,0,0],
             "parts":[{"shape":"box","size":[0.05,0.05,0.006],"edge":0.005}]})",

@@ -51,7 +51,7 @@ protected:
     test::TemporaryFolder folder;
 };
 
-TEST_F(RecordedContacts, LinesPutTogetherByHandAreRead) {
+TEST_F(RecordedContacts, LinesPutTogetherByteByByteAreRead) {
     RecordingReader reader = read(
         with_contacts(full_line + R"({"tick":2,"contacts":[{"bodies":["b","a"],"triangles":[1,0],"normal":[1,0,0]},)"
                                   R"({"bodies":["a","b"],"triangles":[0,1]}]})"

@@ -39,7 +39,7 @@ protected:
     test::TemporaryFolder folder;
 };
 
-TEST_F(RecordingFile, BytesPutTogetherByHandAreRead) {
+TEST_F(RecordingFile, BytesPutTogetherByteByByteAreRead) {
     RecordingReader reader = read(RecordingText().bytes());
     EXPECT_EQ(reader.dt(), 0.5);
     ASSERT_EQ(reader.frame_count(), 3);
@@ -149,7 +149,7 @@ TEST_F(RecordingFile, BadHeadersAreNamed) {
         {[](RecordingText& t) { t.header["vertices"] = 7; },
          "header: /bodies: expected every one of the 7 vertices in one body, got vertices 6 in none"},
         {[](RecordingText& t) { t.header["triangles"] = 3; }, "header: /bodies: expected every one of the 3 triangles"},
-        {[](RecordingText& t) { t.header["false_positives"] = 1; }, "header: /extra: expected one of format"},
+        {[](RecordingText& t) { t.header["extra"] = 1; }, "header: /extra: expected one of format"},
         {[](RecordingText& t) { t.header.erase("dt"); }, "header: /: expected the key 'dt', got none"},
         {[](RecordingText& t) { t.header["bodies"][0]["kind"] = "fluid"; },
          "header: /bodies/0/kind: expected one of instrument, rigid, tissue"},

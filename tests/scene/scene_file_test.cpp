@@ -77,7 +77,7 @@ TEST_F(SceneFile, ExampleOfTheDesignIsRead) {
     EXPECT_EQ(scene.first.previous, scene.first.position);
 }
 
-TEST_F(SceneFile, ResponseLearnsWhichBodiesAHandLeads) {
+TEST_F(SceneFile, ResponseLearnsWhichBodiesAnOperatorLeads) {
     Json document = example();
     const std::vector<std::optional<Device>> by_script = read(document).materials.device;
     ASSERT_EQ(by_script.size(), 2U);
@@ -86,11 +86,11 @@ TEST_F(SceneFile, ResponseLearnsWhichBodiesAHandLeads) {
     Json& motion = document["bodies"][1]["motion"];
     motion["drive"] = "operator";
     motion["operator"] = {{"mass", 0.25}, {"damping", 3.0}};
-    const std::vector<std::optional<Device>> by_hand = read(document).materials.device;
-    ASSERT_TRUE(by_hand.at(0).has_value()) << "the tool comes first";
-    EXPECT_EQ(by_hand[0]->mass, 0.25);
-    EXPECT_EQ(by_hand[0]->damping, 3.0);
-    EXPECT_FALSE(by_hand.at(1).has_value());
+    const std::vector<std::optional<Device>> by_operator = read(document).materials.device;
+    ASSERT_TRUE(by_operator.at(0).has_value()) << "the tool comes first";
+    EXPECT_EQ(by_operator[0]->mass, 0.25);
+    EXPECT_EQ(by_operator[0]->damping, 3.0);
+    EXPECT_FALSE(by_operator.at(1).has_value());
 }
 
 TEST_F(SceneFile, SpringsOfTheEquilateralInteriorFollowVanGelder) {
@@ -282,7 +282,7 @@ struct BadValue {
 
 TEST_F(SceneFile, BadValuesAreNamedWithPointerExpectationAndFinding) {
     const std::vector<BadValue> cases{
-        {"/format", "trocar-scene-2", "/format: expected trocar-scene-2, got \"trocar-scene-2\""},
+        {"/format", "trocar-scene-1", "/format: expected trocar-scene-2, got \"trocar-scene-1\""},
         {"/name", 3, "/name: expected a text, got 3"},
         {"/unit", "inch", "/unit: expected one of m, mm, cm, got \"inch\""},
         {"/dt", 0, "/dt: expected a number > 0, got 0"},
@@ -546,7 +546,7 @@ protected:
     std::string complaint_about_bone(const std::string& obj) { return complaint_about(with_bone(obj).dump()); }
 };
 
-TEST_F(BoneFile, AClosedMeshTheRightWayRoundIsTakenAsItIs) {
+TEST_F(BoneFile, AClosedMeshInTheRightOrderIsTakenAsItIs) {
     const Scene scene = read(with_bone(plate_obj(plate_faces)));
     EXPECT_TRUE(scene.topology.bodies[1].closed);
     EXPECT_TRUE(scene.notes.empty());

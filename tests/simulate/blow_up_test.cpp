@@ -312,7 +312,7 @@ TEST(BlowUp, WhatCanCarryNothingIsLeftAloneUntilItShowsAForce) {
     EXPECT_EQ(slack.judged().kind, OutcomeKind::unstable);
 }
 
-TEST(BlowUp, AnEdgeIsStretchedNoFurtherThanItsLimitAndTheWayOfWhatIsLed) {
+TEST(BlowUp, AnEdgeIsStretchedNoFurtherThanItsLimitAndThePathOfWhatIsDriven) {
     // The mean rest length is 15 mm: the edge of 10 mm shares the way with its neighbour, that of 20 mm does not.
     for (const auto& [limit, strain] :
          {std::pair{0.5, 3.0}, {5.0, 5.0}, {std::numeric_limits<double>::infinity(), 3.0}}) {

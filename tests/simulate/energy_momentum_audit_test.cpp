@@ -140,7 +140,7 @@ Closing closing_of(const Scene& scene, const std::string& response) {
 }
 
 /// The bounds that METHODS §4 states, and that the remainder is the steps' own: it goes with their length.
-TEST(EnergyMomentumAudit, CloseOnContactWithTissueAndOnAHandAgainstBone) {
+TEST(EnergyMomentumAudit, CloseOnContactWithTissueAndOnAnOperatorAgainstBone) {
     Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json", std::nullopt);
     const Closing poke = closing_of(scene, "unilateral");
     EXPECT_LT(poke.energy, 0.03);

@@ -29,7 +29,7 @@ TEST(SceneFrames, SameSceneGivesTheSameBits) {
     EXPECT_FALSE(two->next(b));
 }
 
-TEST(SceneFrames, TissueGivesWayToTheTool) {
+TEST(SceneFrames, TissueYieldsToTheTool) {
     const Scene scene = test::scene_from_text(test::poke_text());
     const auto source = scene_frames(scene, 60);
     Frame frame;
@@ -43,7 +43,7 @@ TEST(SceneFrames, TissueGivesWayToTheTool) {
     }
 }
 
-TEST(SceneFrames, TheWayOfATickInWhichTheToolComesThroughDoesNotCountAsDepth) {
+TEST(SceneFrames, ThePathOfATickInWhichTheToolComesThroughDoesNotCountAsDepth) {
     // The ball, with one vertex straight below its middle, comes down by 0.1 mm a tick and is 1 µm through the plane of
     // the sheet when the tenth tick ends. It is above the sheet in all sub-steps but the last, so that it pushes no
     // further than it goes in that one.

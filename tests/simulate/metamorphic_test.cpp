@@ -39,8 +39,8 @@ TEST(MetamorphicTest, AnExactDetectorAnswersEveryReportingAlike) {
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     EXPECT_GT(record.summary.at("metamorphic_pairs"), 0.0);
     for (const char* name : metamorphic_names) {
-        EXPECT_EQ(record.summary.at(std::string("certificate_") + name + "_pairs"), 0.0) << name;
-        EXPECT_TRUE(std::isnan(record.summary.at(std::string("certificate_") + name + "_m"))) << name;
+        EXPECT_EQ(record.summary.at(std::string("metamorphic_") + name + "_pairs"), 0.0) << name;
+        EXPECT_TRUE(std::isnan(record.summary.at(std::string("metamorphic_") + name + "_m"))) << name;
     }
 }
 
@@ -54,7 +54,7 @@ TEST(MetamorphicTest, ADetectorThatMergesContactsOfOnePlaceDependsOnEveryReporti
     const Record record = metamorphic(scene_named("t2t_press"), "ode_trimesh", "", 0);
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     for (const std::string name : metamorphic_names) {
-        const double differing = record.summary.at("certificate_" + name + "_pairs");
+        const double differing = record.summary.at("metamorphic_" + name + "_pairs");
         EXPECT_EQ(differing > 0.0, name != "twice") << name << " " << differing;
     }
 }
@@ -115,8 +115,8 @@ TEST(MetamorphicTest, TheLastTickCountsWhateverItsNumber) {
     ASSERT_LT(ticks, most_ticks) << "the order made no difference";
     const Record record = metamorphic(scene, "ohc", "xpbd_contact", ticks);
     for (const std::string name : {"bodies", "swapped"}) {
-        EXPECT_DOUBLE_EQ(record.summary.at("certificate_" + name + "_m"), here);
-        EXPECT_DOUBLE_EQ(record.summary.at("certificate_" + name + "_n"), force);
+        EXPECT_DOUBLE_EQ(record.summary.at("metamorphic_" + name + "_m"), here);
+        EXPECT_DOUBLE_EQ(record.summary.at("metamorphic_" + name + "_n"), force);
     }
     EXPECT_EQ(record.summary.at("metamorphic_twice_m"), 0.0);
 }

@@ -257,7 +257,7 @@ TEST(Simulation, ALoadThatNoContactCarriesIsShownForTheWholeInstrumentWithItsMom
     EXPECT_LT((row.tool_moment - (moment - tip.cross(force))).norm(), 1e-15);
 }
 
-TEST(Simulation, OperatorRestsWhereHandAndContactBalance) {
+TEST(Simulation, OperatorRestsWhereOperatorAndContactBalance) {
     // Virtual coupling K pulls down by K (D - d), the plane pushes up by k d: d = K D / (K + k).
     const double press = 0.004;
     const double k = 900.0;

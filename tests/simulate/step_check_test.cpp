@@ -103,7 +103,7 @@ TEST(StepCheck, TheStepThatAnUnstableTickBearsIsReportedInMillisecondsAndFitsThe
     EXPECT_GE(1.0 / (fewest - 1.0), step / 1.006) << message;
 }
 
-TEST(StepCheck, PartsOfOneInstrumentHaveOneHandAndTwoInstrumentsTwo) {
+TEST(StepCheck, PartsOfOneInstrumentHaveOneOperatorAndTwoInstrumentsTwo) {
     Json scene = Json::parse(test::press_text(0.0));
     scene["bodies"][1]["instrument"] = "left";
     Json other = scene["bodies"][1];
@@ -117,7 +117,7 @@ TEST(StepCheck, PartsOfOneInstrumentHaveOneHandAndTwoInstrumentsTwo) {
 }
 
 /// One mass and its virtual coupling by the scheme itself, a little below and above the limit.
-TEST(StepCheck, AHandsLimitIsThatOfItsScheme) {
+TEST(StepCheck, AnOperatorsLimitIsThatOfItsScheme) {
     for (const auto& [mass, damping, coupling_damping] :
          {std::tuple{0.1, 1.0, 3.0}, {0.05, 0.0, 0.0}, {0.1, 20.0, 50.0}}) {
         Json scene = Json::parse(test::press_text(0.0));

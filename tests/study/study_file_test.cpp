@@ -333,7 +333,7 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
          "got 'tip': give the run's device"},
         {head + R"("triangle_pair":{"scenes":["a.json"],"response":"ohc"}})", "/triangle_pair/response"},
         {head + R"("reference":"brute_force",)" + replay + "}}", "/reference"},
-        {R"({"format":"trocar-study-2","name":"s"})", "/format"},
+        {R"({"format":"trocar-study-1","name":"s"})", "/format"},
         {R"({"format":"trocar-study-2","name":"../s",)" + replay + "}}", "/name"},
         {R"({"format":"trocar-study-2",)" + replay + "}}", "name"},
         {R"({"format":"trocar-study-2","name":"s"})", "replay"},
@@ -561,7 +561,7 @@ TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndSources) {
         EXPECT_EQ(method_facts(study, run).at("study.ours"), "unilateral");
         EXPECT_EQ(method_facts(study, run).at("study.quotes"), "seen elsewhere");
     }
-    EXPECT_EQ(runs, (std::set<std::string>{"ohc hold tracked_proximity", "brute_force hold tracked_proximity",
+    EXPECT_EQ(runs, (std::set<std::string>{"ohc unilateral tracked_proximity", "brute_force unilateral tracked_proximity",
                                            "ohc penalty intersection"}));
     const std::string head = R"({"format":"trocar-study-2","name":"s","closed_loop":{"scenes":["a.json"],)";
     EXPECT_NE(

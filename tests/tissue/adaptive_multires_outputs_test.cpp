@@ -228,7 +228,7 @@ TEST(AdaptiveMultiresOutputs, LevelsOfTissueThatIsFoldedOntoItselfHaveSharesThat
     }
 }
 
-TEST(TickContacts, GripsOfTheLastTickAreForgotten) {
+TEST(TickContacts, AnchorsOfTheLastTickAreForgotten) {
     // Five contacts rub; in the next tick there is one, which does not: the strongest of before has no number in it.
     std::vector<Vector3> points(5);
     for (std::size_t v = 0; v < 5; ++v) points[v] = Vector3(0.01 * static_cast<double>(v), 0.0, 0.0);

@@ -341,7 +341,7 @@ TEST(AdaptiveMultires, ATighterBoundIsKeptAndALooserOneSavesWork) {
     EXPECT_LT(tight, 0.0025);
     // Looking closely at the interpolated part hides how far the fine region reaches.
     const auto unseen = [](const char* error) {
-        return force_error({{"whole", "0"}, {"error", error}, {"visits", "3"}}, 0.0, 150).worst;
+        return force_error({{"whole", "0"}, {"error", error}, {"relaxations", "3"}}, 0.0, 150).worst;
     };
     EXPECT_LT(unseen("0.0025"), 0.5 * unseen("0.05"));
 }
@@ -380,7 +380,7 @@ TEST(AdaptiveMultires, AtMostASixteenthOfWhatIsFarMovesInATick) {
 }
 
 TEST(AdaptiveMultires, AContactPressesWhereAVertexThatWasLeftBehindIsByNow) {
-    Press p("adaptive_multires", {{"whole", "0"}, {"error", "0.05"}, {"visits", "3"}});
+    Press p("adaptive_multires", {{"whole", "0"}, {"error", "0.05"}, {"relaxations", "3"}});
     for (int tick = 0; tick < 60; ++tick) p.step();
     Frame now = p.s.frame;
     p.stepper->complete(now);
@@ -459,7 +459,7 @@ TEST(AdaptiveMultires, RestLastsAndComesBack) {
 }
 
 TEST(AdaptiveMultires, WhatIsLeftBehindIsCompletedToTheEnergyOfTheWholeTissue) {
-    const Settings late = {{"whole", "0"}, {"error", "0.01"}, {"visits", "30"}};
+    const Settings late = {{"whole", "0"}, {"error", "0.01"}, {"relaxations", "30"}};
     Press whole("implicit", {{"tolerance", "1e-4"}});
     Press adaptive_multires("adaptive_multires", late);
     Press unasked("adaptive_multires", late);
@@ -642,7 +642,7 @@ TEST(AdaptiveMultires, VerticesThatSleepMoveAsALinearFieldOfTheNextLevelDoes) {
     EXPECT_GT(met, 1000);
 }
 
-TEST(AdaptiveMultires, WhatStartsAsleepIsPulledByTheForcesOfItsVerticesByTheirShares) {
+TEST(AdaptiveMultires, WhatStartsInterpolatedIsPulledByTheForcesOfItsVerticesByTheirWeights) {
     test::TissueSample s = disc();
     std::mt19937 random(2);
     std::uniform_real_distribution<double> number(-1.0, 1.0);
@@ -709,7 +709,7 @@ TEST(AdaptiveMultires, ReportsTheLargestStretchAlsoOfWhatNothingHasTouched) {
     EXPECT_NEAR(stepper->max_strain(), 0.5, 1e-9);
 }
 
-TEST(AdaptiveMultires, AFaceUnderASurfaceThatIsDrawnAwayRubsByCoulombsLaw) {
+TEST(AdaptiveMultires, AFaceUnderASurfaceThatIsDrawnAwayHasFrictionByCoulombsLaw) {
     // Three vertices far from the middle, pressed down by 1 mm. The surface goes on by ten millimetres; sticking ends
     // within one.
     test::TissueSample s = disc();
@@ -914,7 +914,7 @@ TEST(AdaptiveMultires, SlicesOfOneVertexShowAllOfAStringInTurn) {
     }
 }
 
-TEST(AdaptiveMultires, EveryLevelIsAsStiffAndAsDampedAsWhatSleepsBelowIt) {
+TEST(AdaptiveMultires, EveryLevelIsAsStiffAndAsDampedAsIsInterpolatedBelowIt) {
     // Any field of the nodes of a level costs in the level's own edges what it costs in those below whose ends both
     // sleep, where these move by their shares: of springs the slope along and the tension over the length across, where
     // they pull, and their dampers along. Vertices that lie on each other have no direction between them.

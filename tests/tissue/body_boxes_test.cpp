@@ -41,7 +41,7 @@ struct Scene {
     }
 };
 
-TEST(BodyBoxes, AWayThatComesNearABodyCountsAndOneThatStaysAwayDoesNot) {
+TEST(BodyBoxes, APathThatComesNearABodyCountsAndOneThatStaysAwayDoesNot) {
     Scene scene;
     BodyBoxes boxes(scene.topology);
     boxes.start(scene.frame);

@@ -86,7 +86,7 @@ TEST(Friction, DrawnSurfaceDragsWithFrictionTimesNormalForce) {
     }
 }
 
-TEST(Friction, EveryFaceOfAGrooveRubsThoughTheirSpringIsOne) {
+TEST(Friction, EveryFaceOfAGrooveHasFrictionThoughTheirSpringIsOne) {
     // A block in a V along x: each wall bears W / (2 cos), so it slides from friction × W / cos on. A third contact
     // that does not press comes first and takes nothing away.
     constexpr double weight = 0.05;  // N

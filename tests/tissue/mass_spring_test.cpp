@@ -471,7 +471,7 @@ TEST(MassSpring, StrainLimiterKeepsTheMomentumOfTwoThatFlyApart) {
     EXPECT_NEAR(s.frame.position(0, 1), 0.01575 + 0.005, 1e-12);
 }
 
-TEST(MassSpring, LargestMoveOfAFlightAlongADiagonalIsTheWayItself) {
+TEST(MassSpring, LargestMoveOfAFlightAlongADiagonalIsThePathItself) {
     // The bound by coordinates is exact where all three are alike: 2 m/s in each for 1 ms, and before that a position
     // correction by 1 mm in each.
     const Vector3 diagonal(1.0, -1.0, 1.0);

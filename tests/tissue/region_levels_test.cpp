@@ -109,7 +109,7 @@ protected:
     std::uniform_real_distribution<double> number{-1.0, 1.0};
 };
 
-TEST_F(RegionLevels, NodesThatAreAwakeArePulledByThePlacesOfAllVerticesWhicheverOthersSleep) {
+TEST_F(RegionLevels, NodesThatAreActiveArePulledByThePlacesOfAllVerticesWhicheverOthersAreInterpolated) {
     const std::size_t last = region.levels().size() - 1;
     ASSERT_GE(last, 3U) << "a level that is interpolated on one that is interpolated";
     move_active();
@@ -144,7 +144,7 @@ TEST_F(RegionLevels, NodesThatAreAwakeArePulledByThePlacesOfAllVerticesWhichever
     compare("anew");
 }
 
-TEST_F(RegionLevels, NodesThatNothingMovesWithFallAsleepWithoutAPush) {
+TEST_F(RegionLevels, NodesThatNothingMovesWithBecomeInterpolatedWithoutAPush) {
     ASSERT_GE(region.levels().size(), 3U);
     for (Index node = 0; at(node) < region.levels()[0].size(); ++node) region.activate(0, node);
     RegionLevel& first = region.levels()[1];
@@ -157,7 +157,7 @@ TEST_F(RegionLevels, NodesThatNothingMovesWithFallAsleepWithoutAPush) {
     }
 }
 
-TEST_F(RegionLevels, NodesWakeAndFallAsleepWithoutMovingAVertex) {
+TEST_F(RegionLevels, NodesBecomeActiveAndBecomeInterpolatedWithoutMovingAVertex) {
     const std::size_t last = region.levels().size() - 1;
     move_active();
     const auto places = [this] {

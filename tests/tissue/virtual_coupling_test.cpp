@@ -35,7 +35,7 @@ struct Pair {
     }
 };
 
-TEST(VirtualCoupling, RestsWhereHandSpringAndContactBalance) {
+TEST(VirtualCoupling, RestsWhereVirtualCouplingAndContactBalance) {
     // Target 4 mm inside a wall of 1000 N/m, virtual coupling 300 N/m: depth = 0.004 * 300/1300. Once as the pushed
     // body, once as the body that takes the reaction.
     for (const bool pushed : {true, false}) {
@@ -80,7 +80,7 @@ TEST(VirtualCoupling, AWallThatYieldsGivesItsLimitAndReportsIt) {
     EXPECT_TRUE(p.contact_forces[0].at_limit);
 }
 
-TEST(VirtualCoupling, ExternalForceMovesItByForceOverHandStiffness) {
+TEST(VirtualCoupling, ExternalForceMovesItByForceOverOperatorStiffness) {
     Pair p;
     const ResponseOutput output = test::empty_output(p.topology);
     Wrench load;
@@ -154,7 +154,7 @@ TEST(VirtualCoupling, OneStepAgainstAMovingWallIsTheBackwardEulerOfItsEquation) 
 
 /// Two masses with a spring and damper between them, pushed together by virtual couplings: motion of the middle and of
 /// the distance are uncoupled and known, however stiff the contact is.
-TEST(VirtualCoupling, TwoHandsThatPressOnEachOtherAreSolvedTogether) {
+TEST(VirtualCoupling, TwoOperatorsThatPressOnEachOtherAreSolvedTogether) {
     for (const double k : {1e3, 1e5}) {
         Topology topology = make_topology({Body{.name = "left", .kind = BodyKind::instrument, .vertex_count = 1},
                                            Body{.name = "right", .kind = BodyKind::instrument, .vertex_count = 1}});
