@@ -1,5 +1,5 @@
-// Stability limit of the explicit tissue integrator from linearised stiffness, damping and masses. Gershgorin bounds, the
-// exact largest frequency, and the proof that a step is unstable.
+// Stability limit of the explicit tissue integrator from linearised stiffness, damping and masses. Gershgorin bounds,
+// the exact largest frequency, and the proof that a step is unstable.
 #pragma once
 
 #include <span>

@@ -276,7 +276,7 @@ TEST(BaselineTruth, AContactThatSaysApartIsNoUntruePair) {
     EXPECT_EQ(found.figures(), (TruthFigures{.ticks = 1, .pairs = 2, .reported = 2}))
         << "but it finds a pair that meets";
     Contact without_depth = contact_at(2, 5, Contact::unset);
-    EXPECT_EQ(scene.compare({without_depth}).figures().extra, 1);
+    EXPECT_EQ(scene.compare({without_depth}).figures().false_positives, 1);
 }
 
 TEST(BaselineTruth, NoWorseMeansNoLargerPartMissedOrUntrueAndNoLessSearchedAt) {
