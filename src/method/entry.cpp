@@ -22,7 +22,7 @@ bool contains(const std::vector<std::string>& list, std::string_view word) {
     return std::find(list.begin(), list.end(), word) != list.end();
 }
 
-/// Throws where the setting is one of those that left.
+/// Throws InputError if the setting was removed.
 void check_not_left(std::string_view method, const std::vector<LeftSetting>& left, std::string_view setting) {
     for (const LeftSetting& one : left) {
         if (one.setting != setting) continue;
