@@ -14,8 +14,8 @@ struct Parameter;
 struct ResponseEntry;
 class ParameterValues;
 
-/// Passes a vertex–face or edge–edge contact on if its gap at the start of the tick is at most
-///     contact_offset + look_ahead + 2 × the closing motion of the tick.
+/// Vertex–face and edge–edge contacts pass if their gap at the tick's start is at most
+///     contact_offset + look_ahead + 2 × closing motion of the tick.
 /// The factor 2 covers tissue whose springs reverse its motion within the tick. Other contacts always pass.
 class ContactSelection {
 public:

@@ -31,7 +31,7 @@ struct Parameter {
     std::string meaning = {};
     /// Words accepted besides numbers, such as "none" or "auto".
     std::vector<std::string> words = {};
-    /// "AABB|OBB|OBBRSS", "[0, 10]", "integer >= 1" …
+    /// "AABB|OBB|OBBRSS", "number 0 to 10", "integer >= 1" …
     [[nodiscard]] std::string range() const;
 };
 
@@ -71,7 +71,7 @@ struct DetectorEntry {
     bool claims_exact = false;     ///< pair sets must equal those of the exact reference
     bool native_contacts = false;  ///< fills ContactSet::native
     bool query_distance = false;   ///< finds pairs within a query distance; false: > 0 is unsupported
-    bool control = false;          ///< holds others to account (CONTACT §5); never ranked, no method
+    bool control = false;          ///< control for validation (CONTACT §5), not a method; never ranked
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Detector>(const ParameterValues&)> make = {};
 };
@@ -89,7 +89,7 @@ struct ResponseEntry {
     std::function<std::string(const ParameterValues&, std::string_view generator)> why_unreadable = {};
     std::string without_tissue = {};  ///< behaviour between bodies without tissue, if it is another method's
     std::string same_as = {};         ///< bitwise equality with another method, also on tissue: one line
-    bool control = false;             ///< holds others to account (CONTACT §5); never ranked, no method
+    bool control = false;             ///< control for validation (CONTACT §5), not a method; never ranked
     std::vector<Parameter> parameters = {};
     std::vector<LeftSetting> left = {};  ///< removed settings; the registry adds left_every_response()
     std::function<std::unique_ptr<Response>(const ParameterValues&)> make = {};
