@@ -11,8 +11,7 @@ namespace {
 constexpr double close_below = 0.2;
 constexpr double open_above = 0.3;
 constexpr std::size_t most_vertices = 8;
-constexpr double radius_of_jaw =
-    2.5 / 12.0;  ///< relative to its length: half the diagonal of 4 × 3 mm at 12 mm (METHODS §10)
+constexpr double radius_of_jaw = 2.5 / 12.0;  ///< of jaw_length: half the diagonal of 4 × 3 mm at 12 mm (METHODS §10)
 
 }  // namespace
 

@@ -19,8 +19,7 @@ struct GraspedVertex {
 };
 
 struct GraspSettings {
-    bool both_jaws =
-        false;  ///< two jaws (separate pieces) or two opposing faces must touch; false: one contact is enough
+    bool both_jaws = false;     ///< two separate jaws or two opposing faces must touch; false: one contact is enough
     double stiffness = 300.0;   ///< N/m, of the spring that holds a vertex
     double slip_force = 2.0;    ///< N, on one vertex
     double jaw_length = 0.012;  ///< m, from the tip towards the shaft, within which vertices are held
