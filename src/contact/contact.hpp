@@ -1,5 +1,5 @@
-// What detection finds: pairs of intersecting triangles, and contacts that add geometry to a pair.
-// Unset fields are poisoned (NaN, -1), so that "not filled" never resembles an answer.
+// Output of detection: pairs of intersecting triangles, and contacts that add geometry to a pair. Unset fields are NaN
+// or -1, so that an unset value never passes for a result.
 #pragma once
 
 #include <algorithm>
@@ -11,14 +11,14 @@
 
 namespace trocar {
 
-/// Two triangles that meet, or that are near each other, as the list says; a < b, global triangle numbers.
+/// Global triangle numbers, a < b. The list that holds the pair says whether the triangles meet or are near.
 struct TrianglePair {
     Index a = -1;
     Index b = -1;
     auto operator<=>(const TrianglePair&) const = default;
 };
 
-/// How two triangles overlap (METHODS §3.1): by the order of their intervals on the common line.
+/// Overlap of two triangles, classified by the order of their intervals on the common line (METHODS §3.1).
 enum class ContactCase : std::uint8_t {
     unset,
     a_enters_b,   ///< a vertex of a pierces face b: a's interval lies inside b's
@@ -27,40 +27,41 @@ enum class ContactCase : std::uint8_t {
     touch,        ///< overlap and depth both at most 1 nm: no response
     coplanar,     ///< same plane: no response, counted
     degenerate,   ///< a triangle with an altitude below 1 µm: no response, counted
-    point_face,   ///< sources `proximity` and `tracked_proximity`: a vertex and the point of a face nearest to it
-    edge_edge     ///< sources `proximity` and `tracked_proximity`: where two edges come closest
+    point_face,   ///< generators `proximity` and `tracked_proximity`: a vertex and its nearest point on a face
+    edge_edge     ///< the same generators: closest points of two edges
 };
 
-/// How a contact that begins between two frames begins.
+/// First contact of a pair between two frames.
 enum class SweptKind : std::uint8_t { unset, vertex_face, edge_edge };
 
-/// Two triangles that are apart at the frame before and meet on the way to this one, every vertex moving on a straight
-/// line; whether they still intersect at the end is what the list of pairs reports.
+/// Two triangles that are disjoint in the previous frame and meet during linear motion of the vertices to this one.
+/// `ContactSet::pairs` reports whether they still intersect at its end.
 struct SweptContact {
     Index a = -1;  ///< a < b, global triangle numbers; -1 where a library reports the bodies only
     Index b = -1;
     Index body_a = -1;  ///< body_a < body_b
     Index body_b = -1;
-    double time = std::numeric_limits<double>::quiet_NaN();  ///< part of the tick, in [0, 1], at which they meet
+    double time = std::numeric_limits<double>::quiet_NaN();  ///< fraction of the tick at first contact, in [0, 1]
     SweptKind kind = SweptKind::unset;
 };
 
-/// One of the vertices that are set; -1: none is. Any of the three may be unset.
+/// Largest vertex number; -1 if no entry is set. Any entry may be unset.
 inline Index any_vertex(const std::array<Index, 3>& vertices) {
     return *std::max_element(vertices.begin(), vertices.end());
 }
 
-/// A point of a body: up to three vertices with weights that sum to 1; unused entries, in any place, -1 with weight 0.
+/// Point of a body: weighted sum of up to three vertices, weights sum to 1. Unused entries, at any position, are -1
+/// with weight 0.
 struct ContactPoint {
     std::array<Index, 3> vertices{-1, -1, -1};
     std::array<double, 3> weights{0.0, 0.0, 0.0};
     static ContactPoint at_vertex(Index vertex) { return {{vertex, -1, -1}, {1.0, 0.0, 0.0}}; }
-    /// All three corners, with a weight or without: within the tick the point may get to where they have one.
+    /// Keeps corners of zero weight, since the point may move there within the tick.
     static ContactPoint in_triangle(const Triangles& triangles, Index triangle, const Vector3& weights) {
         return {{triangles(0, triangle), triangles(1, triangle), triangles(2, triangle)},
                 {weights[0], weights[1], weights[2]}};
     }
-    /// Weighted sum of the vertices' columns: positions, velocities.
+    /// Weighted sum of columns of a 3×N matrix (positions or velocities).
     [[nodiscard]] Vector3 blend(const Matrix3X& columns) const {
         Vector3 sum = Vector3::Zero();
         for (std::size_t i = 0; i < 3; ++i) {
@@ -70,7 +71,7 @@ struct ContactPoint {
     }
 };
 
-/// Geometry of one contact. Native contacts of a library may leave a, b or anything else unset.
+/// Geometry of one contact. A library's native contact may leave any field unset.
 struct Contact {
     static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
     Index a = -1;
@@ -81,20 +82,21 @@ struct Contact {
     double depth = unset;                       ///< m, >= 0; plane depth of the entering vertex (cases *_enters_*)
     double interval_length = unset;             ///< m, overlap of the two intervals on the common line
     Vector3 interval_direction =
-        Vector3::Constant(unset);  ///< unit; moving b along it by interval_length parts the pair
+        Vector3::Constant(unset);  ///< unit; moving b along it by interval_length separates the pair
     Index vertex_a = -1;           ///< A1: global vertex of a (entering, or nearest to vertex_b)
     Index vertex_b = -1;           ///< A2: global vertex of b (entering, or nearest to vertex_a)
 
-    // What every source reports at the *start of the tick*: led bodies where the tick finds them, tissue as detected.
+    // State at the start of the tick, set by every contact generator: kinematic bodies before this tick's motion,
+    // tissue as in the frame.
     Index body_a = -1;  ///< body_a < body_b
     Index body_b = -1;
     ContactPoint on_a;
     ContactPoint on_b;
     double gap = unset;       ///< m along normal from on_a to on_b, negative inside
-    double approach = unset;  ///< m, change of the gap that the scripts alone bring within the tick; closing negative
-    /// point_face and edge_edge: 1 where the feature is on the side where it belongs, -1 where it has crossed.
+    double approach = unset;  ///< m, change of the gap by scripted motion within the tick, negative when closing
+    /// point_face and edge_edge: 1 on the allowed side, -1 after crossing.
     int side = 0;
-    std::uint64_t id = 0;  ///< names the two features, the same in every tick; 0: the source reports none
+    std::uint64_t id = 0;  ///< identifies the two features across ticks; 0: none
 };
 
 }  // namespace trocar

@@ -1,5 +1,5 @@
-// The result of one tick's detection, reused from tick to tick: cleared, never freed. Also the work counters that CI
-// may gate on, since they are deterministic where wall time is not.
+// Result of one tick's detection. Buffers are cleared every tick and never freed. The work counters are deterministic,
+// so that CI can gate on them.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,6 @@
 
 namespace trocar {
 
-/// Deterministic counts of what a method examined in one tick.
 struct WorkCounters {
     std::int64_t vertices_read = 0;
     std::int64_t cells_visited = 0;
@@ -21,30 +20,27 @@ struct WorkCounters {
     WorkCounters& operator+=(const WorkCounters& other);
 };
 
-/// A detector fills pairs (sorted by (a, b), each once), within a reach also the near ones, optionally native contacts,
-/// and the counters; the contact generator fills contacts. Pairs name only triangles of body pairs that the
-/// topology lists.
+/// A detector fills `pairs`, `near` if the query distance is > 0, the counters, and optionally `native` and `swept`.
+/// The contact generator fills `contacts`. Pairs are sorted by (a, b), unique, and only of the topology's body pairs.
 struct ContactSet {
-    std::vector<TrianglePair> pairs;  ///< triangles that meet, whatever the query distance
-    /// Triangles that do not meet and whose distance is at most `query_distance` (geometry/triangle_distance.hpp);
-    /// sorted by (a, b), each once, none of them in `pairs`; empty at reach 0.
+    std::vector<TrianglePair> pairs;  ///< intersecting triangles, whatever the query distance
+    /// Disjoint triangles at most `query_distance` apart (geometry/triangle_distance.hpp); empty at query distance 0.
     std::vector<TrianglePair> near;
-    double query_distance = 0.0;  ///< m, that the detector answered within; 0: meeting pairs only
-    std::vector<Contact> native;  ///< the library's own contacts, kept raw
-    /// Contacts that begin between the frames; only a detector with such an option fills it. Sorted by (a, b, body_a,
-    /// body_b), each once; never part of `pairs`.
+    double query_distance = 0.0;  ///< m, of the detector's answer; 0: intersecting pairs only
+    std::vector<Contact> native;  ///< the library's own contacts, unmodified
+    /// Contacts that begin between the frames, from detectors with that option; not included in `pairs`. Sorted by (a,
+    /// b, body_a, body_b), unique.
     std::vector<SweptContact> swept;
-    std::vector<Contact> contacts;  ///< what the source made of the answer; its order is the source's
+    std::vector<Contact> contacts;  ///< output of the contact generator, in the generator's order
     WorkCounters work;
-    /// Set by the caller: whether a method that has native contacts shall compute them. Off where only pairs are asked
-    /// for, so that nobody pays for answers that nobody reads; clear() leaves it alone.
+    /// Set by the caller: false lets detectors skip native contacts. clear() keeps it.
     bool native_wanted = true;
-    bool truncated = false;  ///< a limit cut the list: "unknown", never "free"
+    bool truncated = false;  ///< a limit cut the list: an absent pair means "unknown", not "free"
     Outcome outcome;
 
-    /// Empties everything and keeps the memory.
+    /// Keeps the memory and `native_wanted`.
     void clear();
-    /// Puts the smaller number first in each pair, sorts and drops repeats; for `pairs`, and for `proximity`.
+    /// Order each pair so that a < b, sort and remove duplicates, in `pairs` and in `near`.
     void sort_pairs();
     void sort_near();
 };

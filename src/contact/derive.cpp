@@ -9,7 +9,7 @@
 namespace trocar {
 namespace {
 
-/// Edges nearer to parallel than this sine have no usable common normal (METHODS §6).
+/// Edges with a smaller sine between them have no usable common normal (METHODS §6).
 constexpr double parallel_sine = 1e-3;
 
 struct PlacedTriangle {
@@ -26,7 +26,7 @@ PlacedTriangle placed(const Topology& topology, const Frame& frame, Index triang
     return result;
 }
 
-/// Corner of the largest depth, the lowest vertex number on a tie.
+/// Corner of the largest depth; ties go to the lowest vertex number.
 std::size_t deepest_corner(const PlacedTriangle& triangle, const std::array<double, 3>& depth) {
     std::size_t best = 0;
     for (std::size_t i = 1; i < 3; ++i) {
@@ -48,7 +48,7 @@ std::size_t nearest_corner(const PlacedTriangle& triangle, const Vector3& point)
     return best;
 }
 
-/// Closest two corners, the lowest numbers on a tie (of a first).
+/// Closest pair of corners; ties go to the lowest numbers, a's first.
 void closest_corners(const PlacedTriangle& a, const PlacedTriangle& b, Contact& contact) {
     double best_distance = std::numeric_limits<double>::infinity();
     for (std::size_t i = 0; i < 3; ++i) {
@@ -87,7 +87,7 @@ Contact derive_contact(const Topology& topology, const Frame& frame, TrianglePai
         return contact;
     }
     if (crossing.kind == CrossingKind::none) {
-        // Rounding hides a contact of exact triangles only where they barely meet.
+        // The exact test finds an intersection that rounding hides: a touch.
         if (triangles_intersect(a.corner, b.corner)) contact.kind = ContactCase::touch;
         return contact;
     }

@@ -1,5 +1,5 @@
-// Stage 4 of a tick, the same for every detector: turns sorted pairs and a frame into intersection contacts, so that
-// detectors that stop at pairs and libraries with rich native contacts become comparable.
+// Derives intersection contacts from sorted pairs and a frame (stage 4 of a tick). The code is the same for every
+// detector, so that detectors with and without native contacts are comparable.
 #pragma once
 
 #include "contact/contact_set.hpp"
@@ -15,14 +15,13 @@ namespace trocar {
 /// | b_enters_a  | nearest of a; deepest of b    | normal of a      | of vertex_b below a | vertex_b         |
 /// | edges_cross | closest two corners           | n_ee (METHODS §6)| d_ee                | overlap's middle |
 ///
-/// Depth is plane depth (METHODS §1), the lowest vertex number wins ties. n_ee is normal to the two edges that cross,
-/// on the side of interval_direction; d_ee = interval_length · (n_ee · interval_direction) is how far b must move along
-/// n_ee until the edges' lines touch; for nearly parallel edges (sine below 1e-3) n_ee is interval_direction itself.
-/// touch: geometry of the case it would be, no response. coplanar and degenerate: only a, b and kind are set.
-/// A pair of baselines' making whose triangles share no point keeps kind `unset`.
+/// Depth is plane depth (METHODS §1); ties go to the lowest vertex number. n_ee is the common normal of the crossing
+/// edges, on the side of interval_direction; for nearly parallel edges (sine below 1e-3) it is interval_direction.
+/// d_ee = interval_length · (n_ee · interval_direction) is the motion of b along n_ee at which the edges' lines touch.
+/// touch: geometry of the underlying case, no response. coplanar and degenerate: only a, b and kind are set.
+/// A reported pair whose triangles share no point keeps kind `unset`.
 void derive(const Topology& topology, const Frame& frame, ContactSet& contacts);
 
-/// The intersection contact of one pair; what derive does for each.
 Contact derive_contact(const Topology& topology, const Frame& frame, TrianglePair pair);
 
 }  // namespace trocar

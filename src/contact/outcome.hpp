@@ -1,4 +1,4 @@
-// How a method's work ended. A failure is data that stays in every table, never an exception across an interface.
+// Outcome of a method's call. A failure is recorded as data in every table; no exception crosses an interface.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,6 @@
-// Responses that find impulses instead of forces: from the velocities that a stepper predicts for the end of a
-// sub-step, when contacts with force laws have acted and nothing has moved yet (CONTACT §2, "Solved contacts").
+// Interface of responses that compute impulses instead of forces, from the velocities predicted for the end of a
+// sub-step. The prediction includes contacts with force laws; positions are still those of the start (CONTACT §2,
+// "Solved contacts").
 #pragma once
 
 #include <array>
@@ -12,37 +13,36 @@
 
 namespace trocar {
 
-/// When a SubstepSolver is asked, and for how long what it finds acts.
+/// When the solver runs, and for how long its impulses act.
 enum class SolverTiming : std::uint8_t {
     substep,  ///< in every sub-step, for that sub-step
-    tick,     ///< in the first sub-step, for the whole tick: its impulses act at once
-    held      ///< in the first sub-step, for the whole tick: its impulses are spread evenly over the sub-steps
+    tick,     ///< in the first sub-step, for the whole tick; the impulses act at once
+    held      ///< in the first sub-step; the impulses are spread evenly over the sub-steps
 };
 
-/// A contact of role `solved` in a sub-step: its point P = Σ weight_i x_i over the columns of the step, against the
-/// other side.
+/// Contact of role `solved` in a sub-step: point P = Σ weight_i x_i over the step's columns, against the other side.
 struct SolvedContact {
-    std::size_t source = 0;            ///< number in ResponseOutput::contacts
+    std::size_t source = 0;            ///< index in ResponseOutput::contacts
     Vector3 normal = Vector3::Zero();  ///< unit, direction in which P is pushed
-    double depth = 0.0;                ///< m, as the sub-step begins, negative: open
+    double depth = 0.0;                ///< m, at the start of the sub-step; negative: open
     int count = 0;
     std::array<Index, 6> column{};
     std::array<double, 6> weight{};
-    Vector3 surface = Vector3::Zero();  ///< m/s, of the other side, from what no column moves
-    double mobility = 0.0;              ///< 1/kg, velocity of P per impulse; > 0, TickContacts::least_weight
+    Vector3 surface = Vector3::Zero();  ///< m/s, part of the other side's velocity that no column carries
+    double mobility = 0.0;              ///< 1/kg, velocity of P per unit impulse; > 0, TickContacts::least_weight
 };
 
-/// What a SubstepSolver sees and changes. Each column is one vertex that moves; its place changes by `time` times its
-/// velocity after the solver, and by its shift. A contact that is handed back is one of `contacts()`, not a copy.
+/// Velocities and shifts that a SubstepSolver reads and changes. Each column is one movable vertex. After the solver
+/// its position changes by time() × velocity + shift. Contact arguments must be elements of contacts(), not copies.
 class PredictedStep {
 public:
-    /// s, for which the impulses act: a sub-step, or the tick (SolverTiming).
+    /// s, over which the impulses act: a sub-step, or the tick (SolverTiming).
     [[nodiscard]] double time() const { return time_; }
     [[nodiscard]] std::span<const SolvedContact> contacts() const { return contacts_; }
     [[nodiscard]] std::size_t columns() const { return columns_.size(); }
     [[nodiscard]] const Vector3& velocity(Index column) const { return at_column(column).velocity; }
     [[nodiscard]] double inverse_mass(Index column) const { return at_column(column).inverse_mass; }
-    /// m/s, of P against the other side.
+    /// m/s, of P relative to the other side.
     [[nodiscard]] Vector3 velocity(const SolvedContact& contact) const {
         Vector3 sum = -contact.surface;
         for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
@@ -50,9 +50,9 @@ public:
         }
         return sum;
     }
-    /// m/s, at which the gap opens.
+    /// m/s, opening rate of the gap.
     [[nodiscard]] double rate(const SolvedContact& contact) const { return velocity(contact).dot(contact.normal); }
-    /// m, when the step is over.
+    /// m, at the end of the step.
     [[nodiscard]] double depth_after(const SolvedContact& contact) const {
         double depth = contact.depth - time_ * rate(contact);
         for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
@@ -60,7 +60,7 @@ public:
         }
         return depth;
     }
-    /// Impulse (N s) on P, its opposite on the other side.
+    /// Applies an impulse (N s) to P and its opposite to the other side.
     void push(const SolvedContact& contact, const Vector3& impulse) {
         impulse_[number_of(contact)] += impulse;
         for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
@@ -68,7 +68,7 @@ public:
             column.velocity += contact.weight[i] * column.inverse_mass * impulse;
         }
     }
-    /// Moves P by mobility × `by` (kg m) without changing a velocity; no force is felt of it.
+    /// Moves P by mobility × `by` (kg m). Velocities and contact forces do not change.
     void shift(const SolvedContact& contact, const Vector3& by) {
         for (std::size_t i = 0; i < static_cast<std::size_t>(contact.count); ++i) {
             Column& column = at_column(contact.column[i]);
@@ -77,7 +77,7 @@ public:
         }
     }
 
-    // For who asks the solver.
+    // For the caller of the solver.
     void reserve(std::size_t contacts, std::size_t columns) {
         contacts_.reserve(contacts);
         impulse_.reserve(contacts);
@@ -98,7 +98,7 @@ public:
     }
     [[nodiscard]] const Vector3& impulse(std::size_t number) const { return impulse_[number]; }
     [[nodiscard]] const Vector3& shift(Index column) const { return at_column(column).shift; }
-    /// The last contact that has shifted a column.
+    /// Last contact that shifted a column.
     [[nodiscard]] const SolvedContact& shifted_by(Index column) const {
         return contacts_[at_column(column).shifted_by];
     }
@@ -122,8 +122,8 @@ private:
     std::vector<Column> columns_;
 };
 
-/// Part of a response whose effect has contacts of role `solved`. Between two calls of Response::respond a stepper may
-/// ask it in any number of sub-steps; `solve` answers from the step alone and remembers nothing of it.
+/// Computes the impulses of contacts of role `solved`. A stepper may call it in any number of sub-steps per tick.
+/// `solve` depends on the step alone and keeps no state.
 class SubstepSolver {
 public:
     SubstepSolver() = default;

@@ -23,11 +23,11 @@ bool vertices_exist(const std::array<Index, 3>& vertices, const Topology& topolo
 
 bool all_finite(const std::array<double, 3>& numbers) { return std::isfinite(numbers[0] + numbers[1] + numbers[2]); }
 
-/// Of a vector that must have length 1.
+/// Largest deviation of a unit vector's squared length from 1.
 constexpr double most_off_unit = 1e-6;
 bool is_unit(const Vector3& normal) { return std::abs(normal.squaredNorm() - 1.0) <= most_off_unit; }
 
-/// Weights of the vertices that there are; 1 where there is none.
+/// Sum of the weights of set vertices; 1 if none is set.
 double weight_sum(const std::array<Index, 3>& vertices, const std::array<double, 3>& weights) {
     double sum = 0.0;
     bool any = false;
@@ -40,14 +40,14 @@ double weight_sum(const std::array<Index, 3>& vertices, const std::array<double,
 }
 constexpr double most_off_one = 1e-6;
 
-/// What is wrong with a contact whose numbers are finite and whose vertices exist; null: nothing.
+/// Fault of a contact with finite numbers and existing vertices; null if there is none.
 const char* fault_of(const ContactForceLaw& one) {
     if (!is_unit(one.normal)) return "a normal that is not a unit, of contact";
     if (std::abs(weight_sum(one.vertices, one.weights) - 1.0) > most_off_one ||
         std::abs(weight_sum(one.reaction_vertices, one.reaction_weights) - 1.0) > most_off_one)
         return "weights whose sum is not 1, of contact";
-    // A spring that pulls through its normal makes energy from nothing; who means it says so. A
-    // damper below 0 is the one that the thesis prints, and stays what blow_up.hpp searches for.
+    // A negative stiffness creates energy; contacts that intend it are marked `adhesive`. Negative damping passes: the
+    // thesis prints it, and blow_up.hpp searches for its effect.
     if ((one.k < 0.0 && !one.adhesive) || one.limit < 0.0 || one.friction < 0.0 || one.tangent_k < 0.0)
         return "a stiffness, friction or limit below 0, of contact";
     return nullptr;
@@ -63,7 +63,7 @@ Outcome check_contacts(const Topology& topology, const ContactSet& contacts) {
         const Contact& one = contacts.contacts[i];
         if (!exists(one.a, topology.triangle_count()) || !exists(one.b, topology.triangle_count()))
             return failed(OutcomeKind::threw, i, "a triangle that there is not");
-        // Who knows its triangles or features knows its bodies: responses look laws up by them.
+        // A contact of triangles or features must name its bodies: responses find force laws by body pair.
         const bool of_bodies =
             (one.a >= 0 && one.b >= 0) || one.kind == ContactCase::point_face || one.kind == ContactCase::edge_edge;
         if (!exists(one.body_a, topology.body_count()) || !exists(one.body_b, topology.body_count()) ||
@@ -93,7 +93,7 @@ Outcome check_output(const Topology& topology, const ResponseOutput& output) {
             return failed(OutcomeKind::threw, "a vertex that there is not, of contact", i);
         if (!exists(one.reaction_body, topology.body_count()))
             return failed(OutcomeKind::threw, "a body that there is not, of contact", i);
-        // Factors that are added up: one that is no number makes the sum none.
+        // The sum is not finite if a term is not.
         const double sum = one.gap + one.k + one.mu + one.face_velocity + one.friction + one.tangent_k +
                            one.normal.sum() + one.reaction_point.sum() + one.other_point.sum() +
                            one.surface_velocity.sum() + one.other_edge.sum();

@@ -1,5 +1,5 @@
-// What one stage of a tick hands to the next, looked through once by the harness: a number that is none, or a vertex
-// that does not exist, ends a run with a name instead of somewhere in the next stage's memory.
+// Validation of each stage's output, once per tick: a number that is not finite or a missing vertex ends the run with a
+// named outcome.
 #pragma once
 
 #include "contact/contact_set.hpp"
@@ -8,13 +8,13 @@
 
 namespace trocar {
 
-/// Of contacts.contacts. not_finite: a contact with geometry has a point, normal, depth or gap that is no number;
-/// threw: it names a body, vertex or triangle that there is not, or its normal is not a unit. What a library or a
-/// degenerate pair leaves unset is no failure. Never allocates when ok.
+/// Checks contacts.contacts. not_finite: a contact with geometry has a point, normal, depth, gap, approach or weight
+/// that is not finite. threw: a body, vertex or triangle does not exist, or a normal is not a unit vector. Fields that
+/// a library or a degenerate pair leaves unset are valid. Never allocates when ok.
 Outcome check_contacts(const Topology& topology, const ContactSet& contacts);
 
-/// The same of a response output: its contacts, position corrections and forces. threw, too: weights whose sum is not
-/// 1; a stiffness, friction or limit below 0, with which a contact would pull through its normal.
+/// Checks contacts, position corrections and forces of a response output in the same way. threw also: weights that do
+/// not sum to 1; a negative friction, limit or non-adhesive stiffness; a `solved` contact with a law or without solver.
 Outcome check_output(const Topology& topology, const ResponseOutput& output);
 
 }  // namespace trocar

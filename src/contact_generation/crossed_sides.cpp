@@ -20,7 +20,7 @@ Corners corners_from(const Topology& topology, const Matrix3X& position, Index t
     return {position.col(c[0]), position.col(c[1]), position.col(c[2])};
 }
 
-/// Signed crossings of a vertex with a triangle: first the triangle moves, then the vertex.
+/// Signed crossings of a vertex with a triangle. The triangle moves first, then the vertex.
 int crossing(const Vector3& from, const Vector3& to, const std::array<Index, 3>& number, const Corners& before,
              const Corners& after) {
     Box path;
@@ -60,7 +60,7 @@ bool CrossedSides::is_beyond(const TickStart& start, const FeatureMesh& mesh, In
     }
     const Vector3 from = start.position(first, edge_body);
     const Vector3 to = (1.0 - fraction) * from + fraction * start.position(mesh.ends(edge)[1], edge_body);
-    // One face at the edge is enough to find what the edge passes through.
+    // The partners of one face at the edge contain every triangle that the edge crosses.
     partners.visit(mesh.faces_at_edge(edge).front(), [&](Index other) {
         if (topology.body_of_triangle[at(other)] != face_body) return;
         const auto c = topology.triangles.col(other);
@@ -105,7 +105,7 @@ void CrossedSides::settle(const TickStart& start, const std::vector<PointFace>& 
         const Corners f0 = corners_from(topology, frame.previous, one.triangle);
         const Corners f1{start.position(c[0], one.face_body), start.position(c[1], one.face_body),
                          start.position(c[2], one.face_body)};
-        // Tissue goes first: its vertex before the face that a hand moves.
+        // Tissue moves first: its vertex moves before the face of an operator-driven body.
         const bool vertex_first = start.is_tissue(one.vertex_body) && !start.is_tissue(one.face_body);
         cross(one, vertex_first ? crossing(v0, v1, number, f0, f0) + crossing(v1, v1, number, f0, f1)
                                 : crossing(v0, v1, number, f0, f1));
@@ -156,10 +156,10 @@ void CrossedSides::start_layer(const Frame& first, const SurfaceTree& surface, I
     for (; nearest >= 0 && count < 0; ++count) add({vertex, body, face_body, nearest, -1});
 }
 
-/// What comes out of a closed surface on the way to a place far outside has been inside.
+/// Ray cast to a point far outside. The signed crossing count is nonzero for a vertex inside the closed surface.
 void CrossedSides::start_closed(const Topology& topology, const Frame& first, const SurfaceTree& surface, Index body,
                                 Index face_body) {
-    // Askew, so that no way runs along the faces of a box.
+    // A skew direction, so that no ray runs within a face of a box.
     const double size = (surface.box().max - surface.box().min).maxCoeff();
     const Vector3 outwards = size * Vector3(2.0, 1.237e-3, -2.713e-3);
     const Range vertices = topology.bodies[at(body)].vertices;
@@ -173,9 +173,8 @@ void CrossedSides::start_closed(const Topology& topology, const Frame& first, co
     }
 }
 
-/// Along the edges of the body from vertex to vertex: every edge that passes through the sheet changes the count. What
-/// hangs together is thus known up to one number, which the first edge through the sheet settles: its end on the
-/// declared side has count 0.
+/// Breadth-first traversal of the body's edges. An edge that crosses the sheet changes the count, so that the counts of
+/// a component are known up to a constant. The first crossing edge fixes it: its end on the declared side has count 0.
 void CrossedSides::start_open(const Topology& topology, const FeatureMesh& mesh, const Frame& first,
                               const SurfaceTree& surface, Index body, Index face_body) {
     const auto crossings = [&](Index u, Index v) {
@@ -191,7 +190,7 @@ void CrossedSides::start_open(const Topology& topology, const FeatureMesh& mesh,
         seen[at(root - vertices.first)] = 1;
         connected.assign(1, root);
         bool settled = false;
-        int right = 0;  // count of what is on the declared side
+        int right = 0;  // count on the declared side
         for (std::size_t next = 0; next < connected.size(); ++next) {
             const Index u = connected[next];
             for (const Index e : mesh.edges_at_vertex(u)) {

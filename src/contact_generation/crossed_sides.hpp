@@ -1,5 +1,5 @@
-// On which side of the other bodies' surfaces every vertex is: signed crossings, counted exactly since the start. A
-// vertex that has crossed keeps the place on the surface where it did, its anchor, which follows it along the surface.
+// Side of every vertex relative to the other bodies' surfaces, by exact signed crossing counts since the start. A
+// vertex that has crossed keeps an anchor on the surface, which follows it along the surface.
 #pragma once
 
 #include <array>
@@ -14,37 +14,36 @@
 
 namespace trocar {
 
-/// One passage of a surface past a vertex.
+/// One crossing of a vertex through a surface.
 struct CrossedLayer {
     Index vertex = -1;
     Index vertex_body = -1;
     Index face_body = -1;
-    Index triangle = -1;  ///< anchor: a triangle of the surface nearest to the vertex
-    int sign = 0;         ///< +1: from the front to the back, so that it belongs in front; -1 the other way
-    double depth = 0.0;   ///< m, from the anchor when it was last followed
+    Index triangle = -1;  ///< anchor: triangle of the surface nearest to the vertex
+    int sign = 0;         ///< +1: crossed from front to back, belongs in front; -1: the opposite
+    double depth = 0.0;   ///< m, distance from the anchor at its last update
 };
 
-/// The motion of a tick is taken in legs: tissue moves under tools at rest, hands move their bodies, scripts theirs.
-/// Each leg moves the faces first and the vertices after that, the corners of a face one after the other in the order
-/// of their numbers: this sweeps tetrahedra whose sides neighbours share, so that with exact signs every crossing is
-/// counted once, whatever edge it passes.
+/// The motion of a tick is split into legs: tissue, operator-driven bodies, scripted bodies. In each leg faces move
+/// before vertices, the corners of a face one by one in the order of their numbers. Neighbouring faces then sweep
+/// tetrahedra with common sides. With exact signs every crossing is counted once, even through an edge.
 class CrossedSides {
 public:
-    /// Finds where everything is at the start: what has to come out of a closed surface to be far away is inside; a
-    /// body that passes through an open one belongs on the side that the scene declares (BodyRange::start_side).
+    /// Sets the sides at the start: by ray casting for closed surfaces, by the declared side (BodyRange::start_side)
+    /// for open ones.
     void prepare(const Topology& topology, const FeatureMesh& mesh, const Frame& first);
-    /// Counts what tissue and hands did since the last tick: after it, sides are those of the start of this tick.
+    /// Counts crossings by tissue and operators since the last tick. Sides then refer to the start of this tick.
     void settle(const TickStart& start, const std::vector<PointFace>& near);
-    /// Counts what scripts do in this tick.
+    /// Counts crossings by this tick's scripted motion.
     void carry_along(const TickStart& start, const std::vector<PointFace>& near);
 
-    /// Null where the vertex has not crossed this surface.
+    /// Null if the vertex has not crossed this surface.
     [[nodiscard]] const CrossedLayer* layer(Index vertex, Index face_body) const;
-    /// Whether a point of an edge is on the wrong side of a body: by its first end's side and what the edge passes
-    /// through on the way, among the triangles that are near.
+    /// True if a point of an edge is on the wrong side of a body. Adds the crossings of the edge with nearby triangles
+    /// to the count of its first end.
     [[nodiscard]] bool is_beyond(const TickStart& start, const FeatureMesh& mesh, Index edge, double fraction,
                                  Index edge_body, Index face_body, const Partners& partners) const;
-    /// keep(layer) brings the anchor of each layer up to date; those for which it says false are forgotten.
+    /// keep(layer) updates the anchor of a layer; a layer for which it returns false is removed.
     template <typename Keep>
     void follow(const Keep& keep) {
         std::size_t kept = 0;
@@ -70,7 +69,7 @@ private:
                      int count);
 
     std::vector<CrossedLayer> layers_;
-    std::vector<std::uint16_t> crossed_;  ///< per vertex: how many layers
+    std::vector<std::uint16_t> crossed_;  ///< per vertex: number of layers
 };
 
 }  // namespace trocar

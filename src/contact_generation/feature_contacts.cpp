@@ -5,7 +5,7 @@
 namespace trocar {
 namespace {
 
-/// Weighted sum of what `of` says of the point's vertices.
+/// Weighted sum of of(vertex) over the point's vertices.
 template <typename Of>
 Vector3 blend(const ContactPoint& point, const Of& of) {
     Vector3 sum = Vector3::Zero();

@@ -1,5 +1,4 @@
-// Contacts made of features: what `proximity` and `tracked_proximity` hand over for a vertex and a face, or for two
-// edges.
+// Contacts of features, vertex–face and edge–edge, for `proximity` and `tracked_proximity`.
 #pragma once
 
 #include "contact/contact_set.hpp"
@@ -8,16 +7,16 @@
 
 namespace trocar {
 
-/// m; nearer than this the way between two features has no direction.
+/// m; below this distance the direction between two features is undefined.
 inline constexpr double no_path = 1e-9;
 
-/// A vertex and the point of a face; `normal`: unit, from the face to where the vertex belongs; `gap` along it, m.
+/// Vertex–face contact. `normal`: unit, from the face to the vertex's allowed side; `gap`: m, along it.
 Contact point_face_contact(const TickStart& start, const PointFace& one, const Vector3& normal, double gap);
 
-/// Two edges, apart or `crossed`: then the normal leads back and the gap is negative.
+/// Edge–edge contact. If `crossed`, the normal is reversed and the gap negative.
 Contact edge_edge_contact(const TickStart& start, const FeatureMesh& mesh, const EdgeEdge& one, bool crossed);
 
-/// Which way a surface faces where bodies belong: its front, or its back where the scene says so of an open one.
+/// 1 if bodies belong in front of the surface; -1 for an open surface whose declared side is the back.
 double home_side(const BodyRange& body);
 
 /// Sets approach, point and depth from body_a, body_b, on_a, on_b, normal and gap.

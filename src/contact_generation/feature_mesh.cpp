@@ -18,7 +18,7 @@ void FeatureMesh::Lists::fill(Index count, const Visit& visit) {
 void FeatureMesh::prepare(const Topology& topology) {
     topology_ = &topology;
     const Index triangles = topology.triangle_count();
-    // (smaller end, larger end, triangle, which of its edges)
+    // (smaller end, larger end, triangle, edge within the triangle)
     std::vector<std::tuple<Index, Index, Index, int>> sides;
     sides.reserve(at(triangles) * 3);
     for (Index t = 0; t < triangles; ++t) {

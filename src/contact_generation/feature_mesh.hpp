@@ -1,5 +1,4 @@
-// What hangs together on the surfaces of a topology: edges, the faces at an edge and at a vertex. Contact generators
-// ask it which feature a closest point belongs to and how the surface goes on from there. Built once per run.
+// Connectivity of a topology's surfaces: edges, and the faces and edges at an edge or vertex. Built once per run.
 #pragma once
 
 #include <array>
@@ -22,27 +21,26 @@ public:
     /// Ascending; one at a rim, two inside a manifold surface.
     [[nodiscard]] std::span<const Index> faces_at_edge(Index edge) const { return faces_at_edge_.of(edge); }
     [[nodiscard]] std::span<const Index> faces_at_vertex(Index vertex) const { return faces_at_vertex_.of(vertex); }
-    /// Edges that end in a vertex.
     [[nodiscard]] std::span<const Index> edges_at_vertex(Index vertex) const { return edges_at_vertex_.of(vertex); }
     [[nodiscard]] bool is_rim(Index edge) const { return faces_at_edge(edge).size() == 1; }
     [[nodiscard]] Index edge_count() const { return static_cast<Index>(ends_.size()); }
     [[nodiscard]] Index other_end(Index edge, Index vertex) const {
         return ends(edge)[0] == vertex ? ends(edge)[1] : ends(edge)[0];
     }
-    /// Corner of a face that does not lie on this edge of it.
+    /// Corner of the triangle opposite the edge.
     [[nodiscard]] Index apex(Index triangle, Index edge) const {
         return topology_->triangles.col(triangle).sum() - ends(edge)[0] - ends(edge)[1];
     }
 
 private:
-    /// Lists of numbers, one after the other.
+    /// Lists of indices in one array, each with its start (CSR).
     struct Lists {
         std::vector<Index> first;
         std::vector<Index> item;
         [[nodiscard]] std::span<const Index> of(Index i) const {
             return {item.data() + first[at(i)], at(first[at(i) + 1] - first[at(i)])};
         }
-        /// visit(act) calls act(list, item) for every entry, twice with the same result.
+        /// visit(act) calls act(list, item) for every entry. It is called twice and must give the same entries.
         template <typename Visit>
         void fill(Index count, const Visit& visit);
     };

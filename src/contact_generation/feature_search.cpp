@@ -8,8 +8,7 @@
 namespace trocar {
 namespace {
 
-/// Sine by which the cone of directions in which an edge or a corner is the nearest feature is widened, so that flat
-/// surface, and rounding, leave none out.
+/// Sine by which the Voronoi cone of an edge or corner is widened, so that flat surfaces and rounding omit no contact.
 constexpr double widening = 0.02;
 
 Corners corners_at(const TickStart& start, Index triangle, Index body) {
@@ -57,7 +56,7 @@ void FeatureSearch::run(const TickStart& start, const ContactSet& contacts) {
     }
 }
 
-/// Features whose boxes are further apart than the reach are left out before anything is looked up.
+/// Skips features whose boxes are further apart than the query distance.
 void FeatureSearch::examine_pair(const TickStart& start, const TrianglePair& pair) {
     const Topology& topology = start.topology();
     const Index body_a = topology.body_of_triangle[at(pair.a)];
@@ -112,9 +111,8 @@ void FeatureSearch::examine_point(const TickStart& start, Index vertex, Index ve
     point_faces_.push_back(found);
 }
 
-/// Whether the nearest point of the triangle is the nearest of the surface around it, too, and how the surface faces
-/// there: on an edge or corner by the mean normal weighted with the angles, which alone never reports the wrong side
-/// (Baerentzen and Aanaes 2005).
+/// Sets is_closest and front. On an edge or corner `front` is the angle-weighted pseudonormal, whose sign is always
+/// correct (Baerentzen and Aanaes 2005).
 void FeatureSearch::judge(const TickStart& start, bool fully, PointFace& found) const {
     const auto corner = start.topology().triangles.col(found.triangle);
     const int inside = static_cast<int>((found.weights.array() > 0.0).count());
@@ -144,7 +142,7 @@ void FeatureSearch::judge(const TickStart& start, bool fully, PointFace& found) 
         const Index vertex = corner[here];
         const auto faces = mesh_.faces_at_vertex(vertex);
         found.is_closest = faces.front() == found.triangle;
-        // Of the many faces at the middle of a fan one alone is asked what they all are.
+        // Only the first face of a vertex fan evaluates the corner.
         if (!found.is_closest && !fully) return;
         const Vector3 foot = start.position(vertex, found.face_body);
         for (const Index e : mesh_.edges_at_vertex(vertex)) {
@@ -194,7 +192,7 @@ void FeatureSearch::examine_edges(const TickStart& start, Index edge_a, Index bo
     const double size = across.norm();
     const Vector3 between = b0 - a0;
     const double apart = between.dot(across);
-    // Nearly parallel edges are held by their ends.
+    // Nearly parallel edges are covered by the vertex–face contacts of their ends.
     constexpr double parallel_sine = 1e-3;
     if (std::abs(apart) > query_distance_ * size ||
         size * size <= parallel_sine * parallel_sine * along_a.squaredNorm() * along_b.squaredNorm())
@@ -212,7 +210,7 @@ void FeatureSearch::examine_edges(const TickStart& start, Index edge_a, Index bo
     if (found.may_be_apart || found.may_have_crossed) edge_edges_.push_back(found);
 }
 
-/// No face at the edge rises above the plane through it with this normal.
+/// True if no face at the edge rises above the plane through the edge with this normal.
 bool FeatureSearch::is_ridge(const TickStart& start, Index edge, Index body, const Vector3& normal) const {
     const Vector3 foot = start.position(mesh_.ends(edge)[0], body);
     const Vector3 along = (start.position(mesh_.ends(edge)[1], body) - foot).normalized();

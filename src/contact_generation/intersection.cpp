@@ -1,5 +1,5 @@
-// The source `intersection`: one contact per pair of triangles that meet, from their geometry alone: what the thesis
-// had, with depth and edge contact alike for every detector.
+// Contact generator `intersection`: one contact per intersecting triangle pair, from its geometry alone, as in the
+// thesis.
 #include <memory>
 
 #include "contact/derive.hpp"

@@ -1,4 +1,4 @@
-// A set of numbers that is emptied in one step and keeps its memory: which features of a tick have been examined.
+// Hash set of keys with clear() in constant time, which keeps the memory.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ public:
             stamp_ = 1;
         }
     }
-    /// False when it was there already.
+    /// False if the key was present.
     bool insert(std::uint64_t key) {
         if (2 * (count_ + 1) > slots_.size()) grow();
         for (std::size_t s = place(key);; s = (s + 1) & (slots_.size() - 1)) {

@@ -1,4 +1,4 @@
-// The source `native`: a library's own contacts as it reports them; they have no identity.
+// Contact generator `native`: a library's own contacts as reported, without identity across ticks.
 #include <memory>
 
 #include "contact_generation/pair_contacts.hpp"

@@ -26,7 +26,7 @@ void place_at_start(const TickStart& start, Contact& contact) {
     contact.on_a = on(contact.a, contact.kind == ContactCase::a_enters_b ? contact.vertex_a : -1);
     contact.on_b = on(contact.b, contact.kind == ContactCase::b_enters_a ? contact.vertex_b : -1);
     finish_contact(start, contact);
-    // What the equations of the thesis read stays that of the frame.
+    // The equations of the thesis read point and depth of the frame.
     contact.point = where;
     contact.depth = depth;
     contact.gap = -depth - contact.approach;

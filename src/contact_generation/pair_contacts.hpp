@@ -1,5 +1,4 @@
-// What `intersection` and `native` share: contacts that come with triangles, a point, a normal and a depth at the frame
-// are reported at the start of the tick as well.
+// Common to `intersection` and `native`: converts contacts of the frame to the start of the tick.
 #pragma once
 
 #include "contact/contact_set.hpp"
@@ -7,8 +6,8 @@
 
 namespace trocar {
 
-/// Sets bodies, points, gap and approach of a contact whose triangles, normal, depth and point are known; leaves others
-/// as they are. The points are the entering vertex, where there is one, and what is nearest on the other triangle.
+/// Sets the bodies of a contact with triangles. If point, normal and depth are finite, also sets on_a, on_b, gap and
+/// approach. on_a and on_b are the entering vertex, or the triangle's point nearest to the contact.
 void place_at_start(const TickStart& start, Contact& contact);
 
 }  // namespace trocar

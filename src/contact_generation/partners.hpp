@@ -1,4 +1,4 @@
-// Which triangles a detector paired with a given one, found without examining all of its pairs.
+// Partners of each triangle in the detector's pairs, without a scan of all pairs.
 #pragma once
 
 #include <vector>
@@ -15,7 +15,7 @@ public:
         entries_.reserve(2048);
     }
 
-    /// Meeting and near pairs of this tick, instead of the last one's.
+    /// Replaces the partners by those of this tick's `pairs` and `near`.
     void gather(const ContactSet& contacts) {
         for (const Entry& entry : entries_) first_[static_cast<std::size_t>(entry.triangle)] = none;
         entries_.clear();
@@ -27,7 +27,7 @@ public:
         }
     }
 
-    /// act(other) for every triangle that was paired with this one, in no order that means anything.
+    /// Calls act(other) for every partner of the triangle, in unspecified order.
     template <typename Act>
     void visit(Index triangle, const Act& act) const {
         for (Index i = first_[static_cast<std::size_t>(triangle)]; i != none;) {

@@ -1,5 +1,5 @@
-// The source `proximity`: features within the query distance, without memory. A gap is signed by how the surface faces
-// at the nearest point, so that a sheet counts as the boundary of all that lies behind it.
+// Contact generator `proximity`: features within the query distance, without history. The surface normal at the nearest
+// point gives the sign of the gap. An open sheet is thus the boundary of everything behind it.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -24,7 +24,7 @@ public:
         contacts.contacts.clear();
         add_points(start, contacts);
         for (const EdgeEdge& one : search_.edge_edges()) {
-            if (!one.may_be_apart) continue;  // without memory, edges seen through a thin body look crossed
+            if (!one.may_be_apart) continue;  // edges on opposite sides of a thin body appear crossed
             contacts.contacts.push_back(edge_edge_contact(start, search_.mesh(), one, false));
         }
         std::sort(contacts.contacts.begin(), contacts.contacts.end(),
@@ -32,8 +32,8 @@ public:
     }
 
 private:
-    /// Of a vertex and a body the nearest point reports the side: in front of it, all that the vertex is in front of
-    /// counts; behind it, the shortest way out does.
+    /// The nearest point determines the side of a vertex relative to a body. In front, every local minimum that faces
+    /// the vertex gives a contact; behind, only the nearest point.
     void add_points(const TickStart& start, ContactSet& contacts) {
         closest_.clear();
         for (const PointFace& one : search_.point_faces()) {
@@ -53,7 +53,7 @@ private:
             if (inside ? !first : height(*one) < 0.0 && one->distance > no_path) continue;
             Vector3 normal = home_side(topology_->bodies[at(one->face_body)]) * one->front;
             if (one->distance > no_path) normal = (inside ? -1.0 : 1.0) / one->distance * one->path;
-            if (normal.isZero(0.0)) continue;  // on a surface without area: nothing says where to
+            if (normal.isZero(0.0)) continue;  // direction undefined: surface without area
             contacts.contacts.push_back(
                 point_face_contact(start, *one, normal, inside ? -one->distance : one->distance));
         }

@@ -1,5 +1,5 @@
-// Where things are at the start of a tick, which is what gaps and normals are reported for: bodies that scripts lead
-// have not yet made this tick's motion, tissue and what hands moved are where the last tick left them.
+// State at the start of a tick, to which gaps and normals refer. Scripted bodies have not yet moved in this tick; all
+// else is where the last tick left it.
 #pragma once
 
 #include "scene/world.hpp"
@@ -17,7 +17,7 @@ public:
         if (frame_->operator_motion.empty()) return frame_->previous.col(vertex);
         return frame_->previous.col(vertex) + frame_->operator_motion[static_cast<std::size_t>(body)];
     }
-    /// m, what a script moves the vertex within this tick.
+    /// m, scripted motion of the vertex within this tick.
     [[nodiscard]] Vector3 scripted(Index vertex, Index body) const {
         if (is_tissue(body)) return Vector3::Zero();
         return frame_->position.col(vertex) - position(vertex, body);

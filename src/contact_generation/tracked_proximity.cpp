@@ -1,6 +1,5 @@
-// The source `tracked_proximity`: features within the query distance, and on which side each of them belongs by the
-// exact count of crossings since the start, so that a gap keeps its sign through an open sheet, at a deep start and
-// after a jump.
+// Contact generator `tracked_proximity`: features within the query distance, with sides by exact crossing counts since
+// the start. A gap keeps its sign through an open sheet, at a deep start and after a jump.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -52,7 +51,7 @@ public:
 private:
     [[nodiscard]] bool closed(Index body) const { return topology_->bodies[at(body)].closed; }
 
-    /// Vertices that have crossed, at their anchors. Beyond a free rim nothing is left that has been crossed.
+    /// Contacts of crossed vertices at their anchors. A vertex beyond a free rim is no longer crossed.
     void add_crossed(const TickStart& start, ContactSet& contacts) {
         sides_.follow([&](CrossedLayer& layer) {
             const Vector3 x = start.position(layer.vertex, layer.vertex_body);
@@ -61,7 +60,7 @@ private:
             one.vertex_body = layer.vertex_body;
             Vector3 normal = layer.sign * one.front;
             const double depth = -one.path.dot(normal);
-            constexpr double along = 0.5;  // cosine: more beside the surface than behind it
+            constexpr double along = 0.5;  // cosine; below it the vertex is beside the surface, not behind it
             if (!closed(layer.face_body) && is_at_rim(one) && depth < along * one.distance) return false;
             if (one.distance > no_path && depth > 0.0) normal = -one.path / one.distance;
             if (!normal.isZero(0.0)) contacts.contacts.push_back(point_face_contact(start, one, normal, -one.distance));
@@ -72,7 +71,7 @@ private:
         });
     }
 
-    /// Two edges have passed each other where the nearest point of one is on the wrong side of the other's body.
+    /// True if the closest point of one edge is on the wrong side of the other's body.
     [[nodiscard]] bool have_crossed(const TickStart& start, const EdgeEdge& one) const {
         if (closed(one.body_a) || !closed(one.body_b)) {
             return sides_.is_beyond(start, search_.mesh(), one.edge_b, one.fraction_b, one.body_b, one.body_a,
@@ -89,23 +88,23 @@ private:
         return false;
     }
 
-    /// A vertex over a face, an edge or a corner of another body.
+    /// Contact of a vertex above a face, an edge or a corner of another body.
     void add_over(const TickStart& start, const PointFace& one, ContactSet& contacts) {
         const CrossedLayer* layer = sides_.layer(one.vertex, one.face_body);
         const double height = one.path.dot(one.front);
-        // What lies behind a closed body's face there is seen through the body.
+        // Behind a face of a closed body: either crossed (add_crossed), or beyond its far side.
         if (closed(one.face_body) && height < 0.0 && one.distance > no_path) return;
         if (layer != nullptr && layer->sign * height <= 0.0) return;
         Vector3 normal = home_side(topology_->bodies[at(one.face_body)]) * one.front;
         if (one.distance > no_path) normal = one.path / one.distance;
-        if (normal.isZero(0.0)) return;  // on a surface without area: nothing says where to
+        if (normal.isZero(0.0)) return;  // direction undefined: surface without area
         contacts.contacts.push_back(point_face_contact(start, one, normal, one.distance));
         keep_home(one, normal, 0.0, height);
     }
 
-    /// A face beside the one over which a vertex is. Where the surface bends away from the vertex the two are held as
-    /// one ridge, so that what slides over it within the tick is never without the face that it comes to: the vertex
-    /// may come towards that face's plane as far as it is from the face. A face that rises is a wall where it stands.
+    /// Contact with a face adjacent to the nearest one, so that a vertex that slides over a ridge within the tick meets
+    /// the next face. On a convex ridge the gap is the distance to that face, not to its plane. A concave neighbour
+    /// acts as a wall.
     void add_beside(const TickStart& start, const PointFace& one, ContactSet& contacts) const {
         const Home& home = home_[at(one.vertex)];
         if (home.tick != tick_ || home.face_body != one.face_body) return;
@@ -122,18 +121,18 @@ private:
         const CrossedLayer* layer = sides_.layer(one.vertex, one.face_body);
         if (layer != nullptr) normal *= layer->sign;
         if (layer == nullptr && !closed(one.face_body) && home.front < 0.0) normal = -normal;
-        // Round an edge sharper than 60 degrees it is another side, but for what rests on the very edge.
+        // Beyond a crease of more than 60° the face belongs to another side, unless the vertex rests on the edge.
         constexpr double crease = 0.5;
-        constexpr double on_the_edge = 0.002;  // of the face
+        constexpr double on_the_edge = 0.002;  // relative to the face's size
         if (normal.dot(home.normal) < crease && further > on_the_edge * std::sqrt(size)) return;
         PointFace under = one;
         under.weights = weights_under(start, one);
         contacts.contacts.push_back(point_face_contact(start, under, normal, one.distance - 2.0 * home.depth));
     }
 
-    /// Between two tissues, weights of the point of the face's plane that lies under the vertex, so that force and
-    /// reaction act on one line. Some are negative where it lies beside the face. A needle has no place beside it: its
-    /// nearest point stays. A body that is no tissue takes its force anywhere on the line.
+    /// Between two tissues, barycentric weights of the vertex's projection on the face's plane, which makes force and
+    /// reaction collinear. Weights outside the face are negative. For needle-shaped faces and other body kinds, the
+    /// weights of the nearest point.
     [[nodiscard]] Vector3 weights_under(const TickStart& start, const PointFace& one) const {
         if (!start.is_tissue(one.face_body) || !start.is_tissue(one.vertex_body)) return one.weights;
         const auto corner = topology_->triangles.col(one.triangle);
@@ -150,7 +149,7 @@ private:
         home = {tick_, one.face_body, one.distance, depth, front, normal};
     }
 
-    /// m, how far the two came, or scripts bring them, against each other in a tick.
+    /// m, relative displacement of vertex and face point from `previous` to `position`.
     static double relative_motion(const TickStart& start, const PointFace& one) {
         const Frame& frame = start.frame();
         const auto motion = [&frame](Index v) { return Vector3(frame.position.col(v) - frame.previous.col(v)); };
@@ -160,14 +159,14 @@ private:
             .norm();
     }
 
-    /// Where a vertex is nearest to another body's surface in this tick.
+    /// Nearest point of another body's surface to a vertex in this tick.
     struct Home {
         std::int64_t tick = -1;
         Index face_body = -1;
         double distance = 0.0;             ///< m
-        double depth = 0.0;                ///< m, 0 where it has not crossed
-        double front = 0.0;                ///< > 0: it belongs in front of the surface there, < 0: behind it
-        Vector3 normal = Vector3::Zero();  ///< unit, to where the vertex belongs
+        double depth = 0.0;                ///< m, 0 if it has not crossed
+        double front = 0.0;                ///< > 0: belongs in front of the surface there, < 0: behind it
+        Vector3 normal = Vector3::Zero();  ///< unit, towards the vertex's allowed side
     };
 
     const Topology* topology_ = nullptr;

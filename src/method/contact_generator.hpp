@@ -1,5 +1,5 @@
-// The interface of a contact generator: the stage between a detector's pairs and a response, the same code for every
-// detector, with a column of its own in every table of times.
+// Interface of a contact generator: the stage between detector and response. Its code is the same for every detector,
+// and its time is reported separately.
 #pragma once
 
 #include "contact/contact_set.hpp"
@@ -16,10 +16,10 @@ public:
     ContactGenerator& operator=(ContactGenerator&&) = delete;
     virtual ~ContactGenerator() = default;
 
-    /// Once per run, untimed: the topology outlives the source. `first` is the scene's first frame.
+    /// Once per run, untimed. The topology outlives the generator. `first`: the scene's first frame.
     virtual void prepare(const Topology& topology, const Frame& first) = 0;
-    /// Once per tick, after detect with the same frame: replaces contacts.contacts by what the pairs (and native
-    /// contacts) report. Nothing but the pairs says what is near: no source searches for itself.
+    /// Once per tick, after detect with the same frame: replaces contacts.contacts. Input is the detector's pairs and
+    /// native contacts only; a generator runs no search of its own.
     virtual void gather(const Frame& frame, ContactSet& contacts) = 0;
 };
 

@@ -26,7 +26,7 @@ ContactSelection::Settings read_settings(const ParameterValues& values) {
     return settings;
 }
 
-/// Hands its response the contacts that pass.
+/// Passes the selected contacts on to its response.
 class SelectingResponse final : public Response {
 public:
     SelectingResponse(std::unique_ptr<Response> response, const ContactSelection::Settings& settings)

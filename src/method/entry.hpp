@@ -1,5 +1,5 @@
-// What a method reports about itself, as data: name, library, parameters and how to make one. Printed by `trocar list`,
-// by the report and by the tests, so that a list exists only once.
+// Metadata of a method: name, library, parameters and factory. `trocar list`, reports and tests read it, so that each
+// list exists only once.
 #pragma once
 
 #include <cstdint>
@@ -29,9 +29,9 @@ struct Parameter {
     double maximum = std::numeric_limits<double>::infinity();
     std::vector<std::string> choices = {};  ///< for Type::choice
     std::string meaning = {};
-    /// Extra words accepted beside numbers, such as "none" or "auto".
+    /// Words accepted besides numbers, such as "none" or "auto".
     std::vector<std::string> words = {};
-    /// "AABB|OBB|OBBRSS", "[0, 10]", "integer >= 1" …
+    /// "AABB|OBB|OBBRSS", "number 0 to 10", "integer >= 1" …
     [[nodiscard]] std::string range() const;
 };
 
@@ -52,20 +52,20 @@ private:
     std::map<std::string, std::string, std::less<>> values_;
 };
 
-/// How much a detector can report.
+/// Detail of a detector's output.
 enum class InformationLevel { any, pairs, contacts };
 
 struct DetectorEntry {
     std::string name = {};
-    std::string library = "trocar";  ///< library and version text, e.g. "FCL" "0.7.0"
+    std::string library = "trocar";  ///< name of the library, e.g. "FCL"
     std::string version = {};
     std::string configuration = {};  ///< build facts asserted at start-up (precision, SIMD …), printed in the report
     InformationLevel information = InformationLevel::pairs;
-    bool own = false;              ///< ours, as opposed to a baseline's; distinguished in tables
-    bool claims_exact = false;     ///< pair sets must equal truth
+    bool own = false;              ///< implemented in trocar, not in a third-party library
+    bool claims_exact = false;     ///< pair sets must equal those of the exact reference
     bool native_contacts = false;  ///< fills ContactSet::native
-    bool query_distance = false;   ///< answers pairs within a query distance; otherwise a reach above 0 is unsupported
-    bool control = false;          ///< holds others to account (CONTACT §5); never ranked, no method
+    bool query_distance = false;   ///< finds pairs within a query distance; false: > 0 is unsupported
+    bool control = false;          ///< control for validation (CONTACT §5), not a method; never ranked
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Detector>(const ParameterValues&)> make = {};
 };
@@ -75,57 +75,56 @@ struct ResponseEntry {
     std::string library = "trocar";
     std::string version = {};
     std::string configuration = {};
-    std::string table_row = "none";  ///< row of the thesis' Table 2.1 that it stands for
+    std::string table_row = "none";  ///< row of the thesis' Table 2.1 that it implements
     bool own = false;
-    /// Names of the contact generators that it can work from, its default first.
+    /// Contact generators that it can use, its default first.
     std::vector<std::string> contact_generators = {"tracked_proximity", "proximity", "intersection", "native"};
-    /// Where its parameters decide too: why it cannot work from a source of the list with these; empty when it can.
+    /// Reason why it cannot use a listed generator with these parameters; empty when it can. Null: no restriction.
     std::function<std::string(const ParameterValues&, std::string_view generator)> why_unreadable = {};
-    std::string without_tissue = {};  ///< what it does between bodies without tissue, where that is another method's
-    std::string same_as = {};  ///< where it is another method on tissue too, to the bit: one line; empty: nowhere
-    bool control = false;      ///< holds others to account (CONTACT §5); never ranked, no method
+    std::string without_tissue = {};  ///< behaviour between bodies without tissue, if it is another method's
+    std::string same_as = {};         ///< bitwise equality with another method, also on tissue: one line
+    bool control = false;             ///< control for validation (CONTACT §5), not a method; never ranked
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Response>(const ParameterValues&)> make = {};
 };
 
-/// How contacts are made from a detector's answer, the same for every detector.
+/// A contact generator, the same for every detector.
 struct ContactGeneratorEntry {
     std::string name = {};
     std::string library = "trocar";
     std::string version = {};
-    std::string meaning = {};  ///< one line
-    bool wants_query_distance =
-        false;                  ///< asks detectors for pairs within a query distance, not for those that meet alone
-    bool wants_native = false;  ///< asks detectors for their own contacts
+    std::string meaning = {};           ///< one line
+    bool wants_query_distance = false;  ///< needs pairs within a query distance
+    bool wants_native = false;          ///< needs native contacts
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<ContactGenerator>(const ParameterValues&)> make = {};
 };
 
-/// How tissue moves under a response output.
+/// Time integration of tissue under a response output.
 struct StepperEntry {
     std::string name = {};
     std::string library = "trocar";
     std::string version = {};
     std::string meaning = {};               ///< one line
-    bool is_default = false;                ///< taken where nobody names one
-    bool takes_contact_force_laws = false;  ///< those with a force law
-    bool takes_solved_contacts = false;     ///< asks ResponseOutput::solver
+    bool is_default = false;                ///< used if none is named
+    bool takes_contact_force_laws = false;  ///< contacts of all roles but `solved`
+    bool takes_solved_contacts = false;     ///< calls ResponseOutput::solver
     bool takes_position_corrections = false;
     bool takes_held_forces = false;
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Stepper>(const ParameterValues&)> make = {};
 };
 
-/// What was given to an entry, checked. Throws as ParameterValues does.
+/// Checks `given` against the entry's parameters. Throws as ParameterValues does.
 template <typename Entry>
 ParameterValues checked_values(const Entry& entry, const std::map<std::string, std::string>& given) {
     return ParameterValues(entry.name, entry.parameters, given);
 }
 
-/// Why a source cannot work from a detector's answer; empty when it can.
+/// Reason why the generator cannot use the detector's output; empty when it can.
 std::string why_unreported(const DetectorEntry& detector, const ContactGeneratorEntry& generator);
-/// What of a response output a stepper does not take; empty when it takes all. Contacts that push no tissue are not its
-/// own.
+/// First part of a response output that the stepper does not support; empty if it supports all. Contacts that push no
+/// tissue are ignored.
 std::string why_not_taken(const StepperEntry& stepper, const Topology& topology, const ResponseOutput& output);
 
 }  // namespace trocar

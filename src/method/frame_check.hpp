@@ -1,5 +1,5 @@
-// The same first question for every detector, own or foreign: can this frame be answered at all? Libraries differ in
-// what a NaN vertex does to them (a silent hit, a silent miss, a crash), so none of them gets to see one.
+// Validation of frames before detection. Libraries differ in what they do with a NaN vertex (false positive, false
+// negative, crash), so that none receives one.
 #pragma once
 
 #include "contact/contact_set.hpp"
@@ -13,8 +13,7 @@ inline bool is_answerable(const Topology& topology, const Frame& frame) {
     return frame.position.cols() == topology.vertex_count && (frame.position.array() * 0.0).sum() == 0.0;
 }
 
-/// As is_answerable; otherwise also writes the reason to contacts.outcome (not_finite, or unsupported when the number
-/// of vertices is not the topology's).
+/// is_answerable; if false, sets contacts.outcome: not_finite, or unsupported for a wrong number of vertices.
 inline bool check_frame(const Topology& topology, const Frame& frame, ContactSet& contacts) {
     if (is_answerable(topology, frame)) return true;
     if (frame.position.cols() != topology.vertex_count) {
@@ -25,8 +24,7 @@ inline bool check_frame(const Topology& topology, const Frame& frame, ContactSet
     return false;
 }
 
-/// For detectors that find pairs that meet and no others: false, with the reason in contacts.outcome, when more is
-/// asked.
+/// For detectors of intersecting pairs only: at a query distance > 0 sets outcome unsupported and returns false.
 inline bool check_no_query_distance(double query_distance, ContactSet& contacts) {
     if (query_distance == 0.0) return true;
     contacts.outcome = {OutcomeKind::unsupported, "finds triangles that meet, not those within a query distance"};

@@ -1,6 +1,5 @@
-// Methods of a project of its own, which is built against an installed trocar: they join the registry beside trocar's.
-// The lines trocar_add_detector, trocar_add_response, trocar_add_contact_generator and trocar_add_stepper
-// (src/method.cmake) write the file that says so.
+// Registration of methods of another project, built against an installed trocar. The lines trocar_add_detector,
+// trocar_add_response, trocar_add_contact_generator and trocar_add_stepper (src/method.cmake) generate its code.
 #pragma once
 
 #include <string>
@@ -10,14 +9,14 @@
 
 namespace trocar {
 
-/// A variable of this type adds methods before main begins. Throws std::logic_error once the registry has been asked.
+/// A variable of this type adds methods before main begins. Throws std::logic_error after the first call of registry().
 /// A name that another method has makes registry() throw InputError.
 class OutsideMethod {
 public:
     explicit OutsideMethod(void (*add)(Registry&));
 };
 
-/// Their names, in the order in which they joined; absent ones are not among them.
+/// Names in the order of registration, without absent methods.
 const std::vector<std::string>& outside_methods();
 
 }  // namespace trocar

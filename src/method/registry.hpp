@@ -1,5 +1,5 @@
-// All methods by name, present or absent with the reason. Filled once from the table that CMake generates out of the
-// trocar_add_detector, trocar_add_response, trocar_add_contact_generator and trocar_add_stepper lines; nothing above
+// All methods by name, present or absent with the reason. CMake generates the table that fills it from the
+// trocar_add_detector, trocar_add_response, trocar_add_contact_generator and trocar_add_stepper lines. No code above
 // this file names a method.
 #pragma once
 
@@ -43,7 +43,7 @@ public:
     [[nodiscard]] const ResponseEntry& response(std::string_view name) const;
     [[nodiscard]] const ContactGeneratorEntry& contact_generator(std::string_view name) const;
     [[nodiscard]] const StepperEntry& stepper(std::string_view name) const;
-    /// The one marked default.
+    /// The entry with is_default.
     [[nodiscard]] const StepperEntry& default_stepper() const;
 
 private:
@@ -56,22 +56,21 @@ private:
     std::vector<AbsentMethod> absent_responses_;
 };
 
-/// The one registry of this build.
 const Registry& registry();
 
-/// NAME[:key=value[,key=value…]] taken apart.
+/// Parsed NAME[:key=value[,key=value…]].
 struct MethodSpec {
     std::string name;
     std::map<std::string, std::string> parameters = {};
-    /// The same text again, parameters in alphabetical order.
+    /// Inverse of parse_method, parameters in alphabetical order.
     [[nodiscard]] std::string text() const;
 };
 
-/// key=value[,key=value…] taken apart. Throws what `malformed` makes of the fault.
+/// Parses key=value[,key=value…]. Throws the error that `malformed` makes of the fault.
 std::map<std::string, std::string> parse_settings(std::string_view text,
                                                   const std::function<InputError(const std::string&)>& malformed);
 
-/// Throws InputError on a malformed text; names and keys are not looked up here.
+/// Throws InputError on a malformed text; does not check names and keys.
 MethodSpec parse_method(std::string_view text);
 
 /// name: as for parse_method. Throws InputError for an unknown or absent name or key, or a value out of range.
@@ -79,11 +78,10 @@ std::unique_ptr<Detector> make_detector(std::string_view name,
                                         const std::map<std::string, std::string>& parameters = {});
 std::unique_ptr<Response> make_response(std::string_view name,
                                         const std::map<std::string, std::string>& parameters = {});
-/// Why a response, with these parameters, cannot work from contacts of a source; empty when it can. Throws as
+/// Reason why a response with these parameters cannot use a generator's contacts; empty when it can. Throws as
 /// make_response does.
 std::string why_unreadable(const ContactGeneratorEntry& contact_generator, const MethodSpec& response);
-/// Name of the contact generator that a response works from where nobody names one: the first of its entry that it can
-/// read with its parameters.
+/// Default contact generator of a response: the first of its entry that it can use with its parameters.
 std::string default_contact_generator(const MethodSpec& response);
 std::unique_ptr<ContactGenerator> make_contact_generator(std::string_view name,
                                                          const std::map<std::string, std::string>& parameters = {});

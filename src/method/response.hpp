@@ -1,4 +1,4 @@
-// The interface of a contact response: from contacts to an ResponseOutput. It reads the frame and never writes it.
+// Interface of a contact response: from contacts to a ResponseOutput. It never writes the frame.
 #pragma once
 
 #include <map>
@@ -20,14 +20,14 @@ public:
     Response& operator=(Response&&) = delete;
     virtual ~Response() = default;
 
-    /// Values that act after `prepare`, as figures of the run (`trocar schema figures`) by name, in SI units.
+    /// Effective values after `prepare`, in SI units, by figure name (`trocar schema figures`).
     [[nodiscard]] virtual std::map<std::string, double> values_in_force() const { return {}; }
     /// Once per run. Topology and materials outlive the response's use of them.
     virtual void prepare(const Topology& topology, const Materials& materials) = 0;
-    /// Once per tick. `contacts` holds in contacts.contacts what ContactSelection passes on of the run's generator. A
-    /// positive gap is an open contact: a force law for it acts from the sub-step on in which the gap closes.
-    /// contact_forces[i]: what contact i of the last tick's effect gave; empty at tick 0 and where no stepper ran.
-    /// `output` holds the last tick's, is cleared by the callee and was sized by the caller.
+    /// Once per tick. contacts.contacts holds the generator's contacts that ContactSelection passes on. A positive gap
+    /// is an open contact, whose force law acts from the sub-step in which the gap closes. contact_forces[i]: force of
+    /// contact i of the last tick's output; empty at tick 0 and without stepper. The caller sizes `output`, the callee
+    /// clears it.
     virtual void respond(const Frame& frame, double dt, const ContactSet& contacts,
                          std::span<const ContactForce> contact_forces, ResponseOutput& output) = 0;
 };

@@ -1,5 +1,5 @@
-// The interface of a stepper: from a frame and a response output to the tissue of the next frame and what every contact
-// carried. It does not ask who made the output, so that every response is integrated in the same way.
+// Interface of a stepper: integrates the tissue from a frame and a response output, and reports the contact forces. It
+// does not depend on the response.
 #pragma once
 
 #include <array>
@@ -14,27 +14,27 @@
 
 namespace trocar {
 
-/// How large a sub-step a stepper bears on tissue in one place, and what a tick costs it. A step up to `stable_step` is
-/// stable for certain, one of `unstable_step` or more unstable for certain; what lies between is not known. Contacts
-/// are in neither: steppers take them implicitly, or report so.
+/// Bounds of a stepper's sub-step, and the cost of a tick. A step up to `stable_step` is certainly stable, one from
+/// `unstable_step` on certainly unstable; between them nothing is proven. Contacts are excluded: steppers integrate
+/// them implicitly, or report otherwise.
 struct StepEstimate {
     double stable_step = std::numeric_limits<double>::infinity();           ///< s; infinite: any step is stable
-    double stable_step_undamped = std::numeric_limits<double>::infinity();  ///< s, if nothing were damped
+    double stable_step_undamped = std::numeric_limits<double>::infinity();  ///< s, without damping
     double unstable_step = std::numeric_limits<double>::infinity();         ///< s; infinite: none is known
-    int substeps = 1;                                                       ///< that the stepper takes in a tick
-    int substeps_stable = 1;                                                ///< fewest of stable_step or less
-    bool damping_decides = false;  ///< explicit damping takes more of stable_step than stiffness does
-    /// Vertex that decides on stable_step and its edge that weighs most; -1: none.
+    int substeps = 1;                                                       ///< per tick, that the stepper takes
+    int substeps_stable = 1;       ///< fewest with a step of at most stable_step
+    bool damping_decides = false;  ///< explicit damping reduces stable_step more than stiffness does
+    /// Vertex that determines stable_step, and its dominant edge; -1: none.
     Index vertex = -1;
     std::array<Index, 2> edge{-1, -1};
     double vertex_mass = 0.0;     ///< kg
     double edge_stiffness = 0.0;  ///< N/m
     double edge_damping = 0.0;    ///< N s/m
-    std::int64_t springs = 0;     ///< evaluated in a sub-step
+    std::int64_t springs = 0;     ///< evaluated per sub-step
 
-    /// Of a tick of dt (s): what the stepper takes is unstable for certain.
+    /// True if the sub-step of a tick of dt (s) is certainly unstable.
     [[nodiscard]] bool surely_unstable(double dt) const { return dt / substeps >= unstable_step; }
-    [[nodiscard]] std::int64_t spring_evaluations() const { return springs * substeps; }  ///< in a tick
+    [[nodiscard]] std::int64_t spring_evaluations() const { return springs * substeps; }  ///< per tick
 };
 
 class Stepper {
@@ -48,43 +48,40 @@ public:
 
     /// Once per run, for scenes with tissue. Topology and materials outlive the stepper's use of them.
     virtual void prepare(const Topology& topology, const Materials& materials) = 0;
-    /// After prepare and outside the clock: where the tissue will be when the first advance begins. A stepper that is
-    /// not reported sees it then.
+    /// After prepare, untimed: the tissue's state at the first advance. Without this call the stepper reads it in that
+    /// advance.
     virtual void start(const Frame& /*first*/) {}
-    /// What step this stepper bears on tissue at `position` (3×N, m) in ticks of dt (s); asked outside the loop, of a
-    /// stepper that need not be prepared. unstable_step is searched for where its sub-step exceeds stable_step, and
-    /// `closely` in any case. By default there is no bound.
+    /// Step bounds on tissue at `position` (3×N, m) in ticks of dt (s). Untimed; needs no prepare. unstable_step is
+    /// computed if the sub-step exceeds stable_step, or if `closely`. The default is no bound.
     [[nodiscard]] virtual StepEstimate estimate(const Topology& /*topology*/, const Materials& /*materials*/,
                                                 const Matrix3X& /*position*/, double /*dt*/, bool /*closely*/) const {
         return {};
     }
-    /// Once per tick: moves the tissue from one frame to the other over dt (s): position and velocity; previous becomes
-    /// the place from which the tick started, position corrections done. What the tissue cannot move is not written.
-    /// Adds to `reaction` (one per body) the mean over the tick of what each contact force law gave to its reaction
-    /// body; moments are about the world origin. When the outcome is not ok, `to` is left as it was.
+    /// Once per tick: integrates position and velocity of the tissue over dt (s) into `to`. `to.previous` becomes the
+    /// start of the tick, position corrections included. Immovable vertices are not written. Adds to `reaction` (one
+    /// per body) the mean over the tick of each contact's force on its reaction body; moments are about the world
+    /// origin. When the outcome is not ok, `to` is unchanged.
     virtual Outcome advance(const ResponseOutput& output, double dt, const Frame& from, Frame& to,
                             std::vector<Wrench>& reaction) = 0;
 
-    /// Before an advance whose frames the stepper need not look through. True: `from` has the tissue that the last
-    /// advance has written, `to` the same or that of one of the two before. False, as at the start: it has to look.
+    /// Before an advance. True: the stepper may skip the validation of its frames. `from` then has the tissue of the
+    /// last advance, `to` that of one of the last three. False, as at the start: it validates.
     virtual void trust_frames(bool /*trusted*/) {}
 
-    // Of the last advance.
-    /// Whether it has left some of the tissue in `to` behind, to be followed in later ticks.
+    // Results of the last advance.
+    /// True if part of the tissue in `to` is out of date; later ticks update it.
     [[nodiscard]] virtual bool leaves_behind() const { return false; }
-    /// Puts what it has left behind into that frame, place and velocity, as if nothing were late; asked outside the
-    /// clock, for the energy and the momentum of the whole. Changes nothing in what the stepper does.
+    /// Updates that part in the frame, position and velocity, for the energy and momentum audit. Untimed; does not
+    /// change the stepper.
     virtual void complete(Frame& /*frame*/) const {}
-    /// Ranges of vertices that it may have given another place in `to` than in `from`, ascending; null: any of the
-    /// tissue's.
+    /// Ranges of vertices whose position in `to` may differ from `from`, ascending; null: all tissue vertices.
     [[nodiscard]] virtual const std::vector<Range>* moved() const { return nullptr; }
-    /// One per contact of its effect; zero for contacts that no tissue takes part in.
+    /// One per contact of the output; zero for contacts without tissue.
     [[nodiscard]] virtual std::span<const ContactForce> contact_forces() const = 0;
-    [[nodiscard]] virtual double max_strain() const = 0;           ///< largest of an edge, 1 = doubled length
+    [[nodiscard]] virtual double max_strain() const = 0;           ///< largest edge strain, 1 = doubled length
     [[nodiscard]] virtual std::int64_t limited_edges() const = 0;  ///< edges that the strain limit acted on
-    /// m, no vertex that may have met another body on the way has gone further, position corrections included; 0 before
-    /// the first. What a stepper has left behind and puts far from all others is no reason to look further around the
-    /// tools.
+    /// m, bound on the displacement of vertices that may have met another body, position corrections included; 0 before
+    /// the first advance. Out-of-date tissue far from all other bodies is excluded.
     [[nodiscard]] virtual double largest_move() const = 0;
 };
 

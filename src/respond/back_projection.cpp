@@ -8,7 +8,7 @@
 namespace trocar {
 namespace {
 
-/// Where a vertex was n_back ticks ago had it always moved as fast, or as far back as l_max reaches.
+/// Position of a vertex n_back ticks ago at constant velocity, at most l_max back.
 Vector3 came_from(const ThesisState& state, const Frame& frame, Index vertex) {
     const Vector3 v = frame.velocity.col(vertex);
     const double speed = v.norm();
@@ -38,7 +38,7 @@ void BackProjection::respond(const ThesisState& state, const Frame& frame, const
             path.add(frame.position.col(vertex));
             if (!path.overlaps(all)) continue;
             attracted_.clear();
-            // The first triangle of a tissue vertex says how deep it is.
+            // The first triangle of a tissue vertex determines its depth.
             for (auto met = first; met != end; ++met) {
                 if (met->box.overlaps(path)) attract(state, frame, vertex, from, *met, output);
             }
@@ -71,7 +71,7 @@ void BackProjection::attract(const ThesisState& state, const Frame& frame, Index
     const Vector3 x = frame.position.col(tool_vertex);
     const equations::Corners corners = corners_of(topology, frame.position, met.triangle);
     const equations::PathHit hit = equations::path_hit(corners, from, x);
-    if (!hit.found || !hit.point.allFinite()) return;  // not finite: a corner is not
+    if (!hit.found || !hit.point.allFinite()) return;  // a corner is not finite
     const Index vertex = topology.triangles(equations::nearest_corner(corners, hit.point), met.triangle);
     if (std::find(attracted_.begin(), attracted_.end(), vertex) != attracted_.end()) return;
     attracted_.push_back(vertex);

@@ -1,6 +1,7 @@
-// Velocity back-projection of thesis §3.4.5 as METHODS §9.1 makes it executable: from each instrument vertex back along
-// its velocity; tissue vertices at the surfaces it has passed attract it and are attracted. The surfaces are those that
-// the detector says meet the instrument. Says nothing for a tool at rest, and on withdrawal looks the wrong way.
+// Velocity back-projection of thesis §3.4.5, as specified in METHODS §9.1: a path from each instrument vertex back
+// along its velocity. The instrument vertex and the tissue vertices at the crossed surfaces attract each other. The
+// surfaces are those that the detector pairs with the instrument. Limits: no effect for a tool at rest, wrong direction
+// on withdrawal.
 #pragma once
 
 #include <vector>
@@ -15,7 +16,7 @@ public:
     void respond(const ThesisState& state, const Frame& frame, const ContactSet& contacts, ResponseOutput& output);
 
 private:
-    /// A tissue triangle that meets an instrument.
+    /// A tissue triangle that the detector pairs with an instrument.
     struct Met {
         Index body = -1;  ///< instrument
         Index triangle = -1;

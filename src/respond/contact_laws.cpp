@@ -8,7 +8,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Weighted mean over a load's vertices. A load beyond a face's corners counts as if the face ended there.
+/// Weighted mean over a load's vertices. Negative weights, of a load beside its face, count as 0.
 double mean_over(const std::array<Index, 3>& vertices, const std::array<double, 3>& weights,
                  const std::vector<double>& of) {
     double sum = 0.0;
@@ -76,8 +76,8 @@ double ContactLaws::mean_of_springs(const ContactPoint& load) const {
     return mean_over(load.vertices, load.weights, materials_->mean_stiffness);
 }
 
-/// Pa: four times what the membrane's stiffness E h (N/m) makes over a thirtieth of its side, a thickness that no mesh
-/// has; three newtons on a vertex of the default material's mesh of 5 mm.
+/// Default pressure limit, Pa: 4 E h / t, with the membrane stiffness E h (N/m) and t = side / 30 in place of the
+/// thickness. About 3 N per vertex on a mesh of 5 mm of the default material.
 double ContactLaws::own_pressure(Range vertices, const TissueScale& scale) const {
     double mass = 0.0;
     for (Index v = vertices.first; v < vertices.end(); ++v) mass += materials_->mass[at(v)];
@@ -90,7 +90,7 @@ double ContactLaws::own_pressure(Range vertices, const TissueScale& scale) const
 
 void ContactLaws::finish_on_tissue(Index tissue, const Vector3& other_velocity, ContactForceLaw& linear) const {
     linear.gap -= settings_.contact_offset * scale_[at(tissue)].edge;
-    // With what tissue weighs, k d of a deep gap would throw it.
+    // Bounds k d of a deep gap, which would accelerate light tissue too much.
     linear.gap = std::max(linear.gap, -clear_speed_[at(tissue)] * settings_.relaxation_time);
     if (pressure_[at(tissue)] < infinite)
         linear.limit = pressure_[at(tissue)] * mean_over(linear.vertices, linear.weights, materials_->area);

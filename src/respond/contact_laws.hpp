@@ -1,5 +1,5 @@
-// Force laws of contacts, shared by all responses: stiffness, damping, and what a response may switch on for contacts
-// on tissue (contact offset, clear speed, force limit, friction).
+// Force laws of contacts, shared by all responses: stiffness, damping, and options on tissue (contact offset, clear
+// speed, force limit, friction).
 #pragma once
 
 #include <limits>
@@ -16,7 +16,7 @@
 
 namespace trocar {
 
-/// What a user sets of a response's force laws. NaN stands for `auto`.
+/// User settings of a response's force laws. NaN: `auto`.
 struct LawSettings {
     double k = std::numeric_limits<double>::quiet_NaN();           ///< N/m
     double mu = std::numeric_limits<double>::quiet_NaN();          ///< N s/m
@@ -26,30 +26,29 @@ struct LawSettings {
     double pressure = std::numeric_limits<double>::infinity();     ///< Pa
     double friction = 0.0;                                         ///< Coulomb coefficient
     double friction_k = 1000.0;                                    ///< N/m
-    bool tissue_alone = false;                                     ///< k and mu are those of contacts on tissue
+    bool tissue_alone = false;                                     ///< k and mu apply on tissue only
 };
 
-/// Built once per run; a look-up is one table entry.
+/// Force laws per body pair, in a table built once per run.
 class ContactLaws {
 public:
     void prepare(const Topology& topology, const Materials& materials, const LawSettings& settings);
-    /// N/m: the method's number, else the scene's; NaN when neither says anything.
+    /// N/m: the method's value, else the scene's; NaN if neither sets one.
     [[nodiscard]] double k(Index body_a, Index body_b) const { return law(body_a, body_b).k; }
-    /// N s/m, of a law of stiffness `stiffness` (N/m): the method's number, else the scene's where the stiffness is not
-    /// the method's, else stiffness × relaxation time.
+    /// N s/m, of a law of stiffness `stiffness` (N/m): the method's value; else the scene's, unless the method sets the
+    /// stiffness; else stiffness × relaxation time.
     [[nodiscard]] double mu(Index body_a, Index body_b, double stiffness) const;
-    /// N s/m, of a law whose stiffness (N/m) is the method's own: the method's number, else stiffness × relaxation
-    /// time.
+    /// N s/m, of a law with the method's own stiffness (N/m): the method's value, else stiffness × relaxation time.
     [[nodiscard]] double own_mu(double stiffness) const;
     [[nodiscard]] CollisionClass kind(Index body_a, Index body_b) const { return law(body_a, body_b).kind; }
-    /// N/m, of a load on tissue where k() says nothing: the weighted mean of the springs at its vertices.
+    /// N/m, default on tissue if k() is NaN: weighted mean of the springs at the load's vertices.
     [[nodiscard]] double mean_of_springs(const ContactPoint& load) const;
-    /// Of a law that pushes `tissue`: widens its gap by the contact offset, cuts a depth that would be left faster than
-    /// clear speed, and sets force limit and friction. `other_velocity`: m/s, of the other surface.
+    /// Completes a law that pushes `tissue`: contact offset, depth clamp by clear speed, force limit and friction.
+    /// `other_velocity`: m/s, of the other surface.
     void finish_on_tissue(Index tissue, const Vector3& other_velocity, ContactForceLaw& linear) const;
     /// Figures k_effective_n_per_m, mu_effective_ns_per_m, relaxation_time_effective_s and damping_ratio of the
     /// stiffest pair with tissue, else of the stiffest pair. `on_tissue`: N/m, the method's own stiffness there; NaN:
-    /// as above. The damping ratio is mu / (2 √(k m)) with the mean mass m of a tissue vertex.
+    /// that of the table. The damping ratio is mu / (2 √(k m)), m the mean mass of a tissue vertex.
     [[nodiscard]] std::map<std::string, double> values_in_force(
         double on_tissue = std::numeric_limits<double>::quiet_NaN()) const;
 
@@ -74,12 +73,12 @@ private:
     std::vector<double> pressure_;     ///< Pa, per body
 };
 
-/// `k`, `mu` and `relaxation_time`. `auto_k`: what k is where neither method nor scene says anything.
+/// `k`, `mu` and `relaxation_time`. `auto_k`: value of k if neither method nor scene sets one.
 std::vector<Parameter> law_parameters(const std::string& auto_k);
-/// These and, for contacts on tissue, `contact_offset`, `clear_speed`, `pressure`, `friction` and `friction_k`; `on`:
-/// with the defaults of the response `unilateral`, else all off.
+/// These and the options on tissue: `contact_offset`, `clear_speed`, `pressure`, `friction` and `friction_k`. `on`:
+/// with the defaults of the response `unilateral`; else all off.
 std::vector<Parameter> law_parameters_on_tissue(const std::string& auto_k, bool on);
-/// Of those parameters that the values declare.
+/// Reads those parameters that `values` declare.
 LawSettings read_law_settings(const ParameterValues& values);
 
 }  // namespace trocar

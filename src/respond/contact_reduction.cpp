@@ -18,7 +18,7 @@ EdgeKey name_edges(const Topology& topology, const Frame& frame, const Contact& 
         key[place] = std::min(p, q);
         key[place + 1] = std::max(p, q);
     }
-    // No edges known: the pair of triangles itself.
+    // Without known edges the triangle pair is the key.
     return key[0] < 0 || key[2] < 0 ? EdgeKey{contact.vertex_a, contact.a, contact.vertex_b, contact.b} : key;
 }
 

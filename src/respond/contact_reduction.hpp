@@ -1,5 +1,5 @@
-// The corrected reduction (METHODS §5, erratum 12): one contact per vertex and other body, the nearest face, and one
-// per pair of edges, so that stiffness does not grow with the number of triangle pairs.
+// Contact reduction of `corrected` (METHODS §5, erratum 12): per vertex and other body the nearest face, and one
+// contact per edge pair. Stiffness then does not grow with the number of triangle pairs.
 #pragma once
 
 #include <array>
@@ -9,7 +9,7 @@
 
 namespace trocar {
 
-/// The two edges that cross in a contact: their vertices, body a's first, sorted within each.
+/// Vertices of the two crossing edges, body a's first, sorted within each edge.
 using EdgeKey = std::array<Index, 4>;
 EdgeKey name_edges(const Topology& topology, const Frame& frame, const Contact& contact);
 

@@ -21,7 +21,7 @@ std::array<double, 3> depths_below(const Corners& face, const Corners& corners) 
     const Vector3 n = unit_normal(face);
     std::array<double, 3> depths{};
     for (std::size_t i = 0; i < 3; ++i) {
-        // From the nearest corner of the face, so that a far-off plane point costs no digits.
+        // Relative to the nearest corner, which limits cancellation.
         depths[i] = -n.dot(corners[i] - face[at(nearest_corner(face, corners[i]))]);
     }
     return depths;
@@ -171,7 +171,7 @@ Wrench resultant(std::span<const Vector3> points, std::span<const Vector3> force
     Wrench sum;
     for (std::size_t i = 0; i < points.size(); ++i) {
         sum.force += forces[i];
-        // The reference point is subtracted first: far from the origin the difference keeps its digits.
+        // Subtracting the reference point first limits cancellation far from the origin.
         sum.moment += (points[i] - about).cross(forces[i]);
     }
     return sum;

@@ -1,6 +1,6 @@
-// The contact laws of the thesis, chapter 3, one pure function per equation, so that each can be held against closed
-// forms by itself. Index 1 is the instrument (or the first body), 2 the other; a triangle is three corners, its outer
-// normal follows their order; depth is positive inside (thesis §3.4; METHODS §1, §6).
+// Contact laws of the thesis, chapter 3, one pure function per equation, tested against closed forms. Index 1 is the
+// instrument (or the first body), 2 the other. The order of a triangle's corners gives its outer normal. Depth is
+// positive inside (thesis §3.4; METHODS §1, §6).
 #pragma once
 
 #include <array>
@@ -21,8 +21,7 @@ Vector3 unit_normal(const Corners& triangle);
 /// Distance of each corner of `corners` below the plane of `face`, m, positive inside.
 std::array<double, 3> depths_below(const Corners& face, const Corners& corners);
 
-/// Index of the deepest corner (lowest index on a tie). The thesis speaks of one corner inside; where two are, the
-/// deepest is taken.
+/// Index of the deepest corner (lowest index on a tie). The thesis assumes one corner inside.
 int deepest_corner(const std::array<double, 3>& depths);
 
 /// Index of the corner nearest to a point (lowest index on a tie).
@@ -36,31 +35,32 @@ struct CornerPair {
 };
 CornerPair closest_corners(const Corners& first, const Corners& second);
 
-/// Scalar of eq. 3.4, N: k d - mu v_n, where v_n = (V_penetrator - V_face)·n is the speed at which the penetrator
-/// leaves along the outer normal n of the pierced face. The force on the penetrator is this times n, on the face its
-/// opposite. No clamp: a fast separation pulls.
+/// Scalar of eq. 3.4, N: k d - mu v_n. v_n = (V_penetrator - V_face)·n is the separating speed along the outer normal n
+/// of the pierced face. The force on the penetrator is this times n, on the face its opposite. No clamp: fast
+/// separation pulls.
 double vertex_in_face_force(double k, double depth, double mu, double separating_speed);
 
-/// Eq. 3.4: force on A2, which lies `depth` below face 1 with outer normal n, N; A1 gets the opposite.
+/// Eq. 3.4: force on A2, N, `depth` below face 1 with outer normal n. A1 gets the opposite.
 Vector3 instrument_instrument_vertex(double k, double depth, double mu, const Vector3& velocity1,
                                      const Vector3& velocity2, const Vector3& normal1);
 
-/// Eq. 3.5: force on A2, N; `direction` is the unit vector along the intersection line that parts the triangles when
-/// triangle 2 follows it, `length` the overlap of the two intervals, m. A1 gets the opposite.
+/// Eq. 3.5: force on A2, N. `direction`: unit, along the intersection line; triangle 2 separates along it. `length`: m,
+/// overlap of the two intervals. A1 gets the opposite.
 Vector3 edge_crossing(double k, double length, const Vector3& direction);
 
-/// Eq. 3.6 with the damper's sign put right: force on A1 of the instrument, N, from (V1 - V2)·n2. A2 gets the opposite.
+/// Eq. 3.6 with the damper's sign corrected: force on A1 of the instrument, N, from (V1 - V2)·n2. A2 gets the opposite.
 Vector3 instrument_tissue_vertex_dissipative(double k, double depth, double mu, const Vector3& velocity1,
                                              const Vector3& velocity2, const Vector3& normal2);
 
-/// Eq. 3.6 as printed, with (V2 - V1)·n2: its damper feeds energy.
+/// Eq. 3.6 as printed, with (V2 - V1)·n2: the damper adds energy.
 Vector3 instrument_tissue_vertex_literal(double k, double depth, double mu, const Vector3& velocity1,
                                          const Vector3& velocity2, const Vector3& normal2);
 
-/// Eq. 3.9: as 3.5 with k the mean of the tissue triangle's three edge springs.
+/// Eq. 3.9: k of eq. 3.5, the mean of the tissue triangle's three edge springs.
 double mean_stiffness(std::span<const double> stiffness);
 
-/// Contact position of eq. 3.7 f. and 3.10 f.: where the path from `previous` to `current` meets the closed triangle.
+/// Contact position of eq. 3.7 f. and 3.10 f.: intersection of the path from `previous` to `current` with the closed
+/// triangle.
 struct PathHit {
     bool found = false;
     double fraction = 0.0;            ///< of the path, in [0, 1]
@@ -90,7 +90,7 @@ struct NeighbourSpring {
 Vector3 equilibrium_force(const Vector3& position, const Vector3& velocity, std::span<const NeighbourSpring> springs,
                           const Vector3& external);
 
-/// min(0, force·n) n: what a tool with outer normal n must hold of the force on a vertex that lies on it.
+/// min(0, force·n) n: the part of a vertex's force that presses on a tool with outer normal n.
 Vector3 pressing_part(const Vector3& force, const Vector3& normal);
 
 /// Eq. 3.10: normal velocity of a tissue vertex against a rigid face at rest, m/s.
@@ -111,15 +111,16 @@ struct Exchange {
     Vector3 velocity1_after = Vector3::Zero();  ///< 3.17
     Vector3 velocity2_after = Vector3::Zero();
 };
-/// Elastic exchange along V_R. It reverses the whole relative velocity, also that of parting or sliding masses; equal
-/// velocities stay as they are. 3.17 is evaluated as V1 + 2 m2/(m1 + m2) V_R, which does not cancel. Masses > 0, kg.
+/// Elastic exchange along V_R. It reverses the whole relative velocity, also of separating or sliding masses; equal
+/// velocities do not change. 3.17 is evaluated as V1 + 2 m2/(m1 + m2) V_R, without cancellation. Masses > 0, kg.
 Exchange tissue_tissue(double mass1, double mass2, const Vector3& velocity1, const Vector3& velocity2);
 
-/// Thesis §4.3.1 (Volino 2000): a force at P = Σ w_i x_i shared out as f_i = w_i F, N: same resultant and moment.
+/// Thesis §4.3.1 (Volino 2000): distributes a force at P = Σ w_i x_i as f_i = w_i F, N. Resultant and moment are
+/// preserved.
 std::array<Vector3, 3> distribute_force(const Vector3& weights, const Vector3& force);
 
 /// The same for a correction of P's position or velocity: dx_i = (w_i/m_i) / Σ(w_j²/m_j) dP, the least mass-weighted
-/// change. A mass of 0 is a vertex that cannot move.
+/// change. Mass 0: immovable vertex.
 std::array<Vector3, 3> distribute_correction(const Vector3& weights, const Vector3& masses, const Vector3& correction);
 
 /// Resultant of forces at points as force and moment about `about`, N and N m (thesis §3.4.1, "resultant force on the

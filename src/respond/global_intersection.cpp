@@ -1,19 +1,16 @@
-// Interpenetration resolved from one frame alone by global intersection analysis (Baraff, Witkin, Kass 2003; thesis
-// §2.2 names it as too expensive to try): closed curves of intersection cut off a region on each surface, and the
-// regions attract each other until the surfaces have passed back through each other. The baseline of the generator
-// `tracked_proximity`, which needs history.
+// Global intersection analysis (Baraff, Witkin, Kass 2003; thesis §2.2 names it as too expensive to try): resolves
+// interpenetration from a single frame. Closed curves of intersection cut off a region on each surface, and the regions
+// attract each other until the surfaces have separated. It is the baseline of the generator `tracked_proximity`, which
+// needs history.
 //
-// A vertex of a region and the other surface's region (the faces on the curve, those with a vertex in the region, and a
-// ring around them) are drawn together along the vector area of the tissue's faces, which depends on their rim only: to
-// the point where a ray along it meets the region, or to its nearest point where none does. Nearest points alone let a
-// tip stall 0.5 to 1.5 mm deep: in a cup of faces the nearest one changes every tick, and each is pulled aside. The
-// pull is a stiff spring whose damper lets the distance shrink with `relaxation_time`, evaluated implicitly; across it
-// the two points are slowed by `drag`, since a light vertex otherwise swings aside faster than it is pulled (1.7 mm
-// left instead of 0.01 after a stab that is dragged). Every other contact, such as those on open curves, and contacts
-// without tissue act as in `penalty`.
+// A vertex of a region and the other surface's region attract each other along the vector area of the tissue's faces.
+// The other point is the first hit of a ray along that axis, else the nearest point. Nearest points alone change every
+// tick in a concave region and pull sideways. The attraction is a stiff implicit spring, damped so that the distance
+// decays with `relaxation_time`. `drag` damps transverse motion, since a light vertex otherwise swings aside. All other
+// contacts, such as those on open curves or without tissue, act as in `penalty`.
 //
-// Known gaps, which are the method's own: a curve that ends at the rim of an open sheet has no region; a tool that is
-// further through than not has the wrong region; a tool that is through altogether has no curve.
+// Limits of the method: a curve that ends at the rim of an open sheet has no region. A tool more than halfway through
+// has the wrong region, and a tool completely through has no curve.
 #include <algorithm>
 #include <cstdint>
 #include <limits>
@@ -71,7 +68,7 @@ public:
     }
 
 private:
-    /// True for a contact whose pair lies on a curve with a region: the attraction takes its place.
+    /// True if the contact's pair lies on a curve with a region: attraction replaces it.
     [[nodiscard]] bool resolved(const std::vector<TrianglePair>& pairs, const Contact& contact) const {
         const TrianglePair pair{contact.a, contact.b};
         const auto found = std::lower_bound(pairs.begin(), pairs.end(), pair);
@@ -83,7 +80,7 @@ private:
         return contour.closed && (!contour.inside_a.empty() || !contour.inside_b.empty());
     }
 
-    /// Faces of one body that belong to a region: on its curve, or with a vertex in it.
+    /// Collects the faces of one body on a region's curve or with a vertex in the region, and one ring around them.
     void collect_patch(const std::vector<TrianglePair>& pairs, const IntersectionContour& contour, bool first) {
         patch_.clear();
         ++stamp_;
@@ -96,7 +93,7 @@ private:
         for (const Index v : first ? contour.inside_a : contour.inside_b) {
             for (const Index t : surface_.triangles_at(v)) add(t);
         }
-        // One ring more: a ray from a tip may pass the hole beside its faces.
+        // One ring more, since a ray from a tip may miss the region's own faces.
         const std::size_t core = patch_.size();
         for (std::size_t i = 0; i < core; ++i) {
             for (int k = 0; k < 3; ++k) {
@@ -105,7 +102,6 @@ private:
         }
     }
 
-    /// Nearest point of the patch.
     [[nodiscard]] ContactPoint nearest_in_patch(const Frame& frame, const Vector3& x) const {
         ContactPoint best;
         double least = std::numeric_limits<double>::infinity();
@@ -121,7 +117,7 @@ private:
         return best;
     }
 
-    /// First point of the patch on the ray from x; false when there is none.
+    /// First intersection of the ray from x with the patch; false if there is none.
     bool ray_to_patch(const Frame& frame, const Vector3& x, const Vector3& direction, ContactPoint& hit) const {
         double least = std::numeric_limits<double>::infinity();
         for (const Index t : patch_) {
@@ -131,7 +127,7 @@ private:
             const double volume = system.determinant();
             if (std::abs(volume) < 1e-9 * (c[1] - c[0]).norm() * (c[2] - c[0]).norm()) continue;
             const Vector3 solved = system.inverse() * (x - c[0]);
-            constexpr double rim = 1e-9;  // faces that share an edge leave no gap between them
+            constexpr double rim = 1e-9;  // tolerance: no gap between faces that share an edge
             if (solved[0] < -rim || solved[1] < -rim || solved[0] + solved[1] > 1.0 + rim) continue;
             if (solved[2] < 0.0 || solved[2] >= least) continue;
             least = solved[2];
@@ -141,8 +137,8 @@ private:
         return std::isfinite(least);
     }
 
-    /// Unit direction in which the tissue has to go: along the vector area of its patch, which depends on the patch's
-    /// rim only and not on how the faces lie around the tool; zero where that hardly exists.
+    /// Unit direction in which the tissue separates: vector area of its patch, which depends on the patch's boundary
+    /// only. Zero if the area nearly vanishes.
     [[nodiscard]] Vector3 path_out(const Frame& frame, const std::vector<TrianglePair>& pairs,
                                    const IntersectionContour& contour) const {
         Vector3 sum = Vector3::Zero();
@@ -187,7 +183,8 @@ private:
         }
     }
 
-    /// Draws a point of tissue to a point of body a, and that point to the tissue, along `axis`, or (zero) straight.
+    /// Attraction between a point of tissue and a point of body a, along `axis` or, if that is zero, along their
+    /// connection.
     void pull(const Frame& frame, double dt, Index body_a, const ContactPoint& a, const ContactPoint& tissue,
               const Vector3& axis, ResponseOutput& output) const {
         const Vector3 path = a.blend(frame.position) - tissue.blend(frame.position);
@@ -212,7 +209,7 @@ private:
         report_at_start(*topology_, frame, dt, contact);
         output.contacts.push_back(contact);
         if (settings_.drag <= 0.0) return;
-        // Across the pull the two points only slow each other down.
+        // Transverse dampers between the two points.
         const Vector3 across = contact.normal.unitOrthogonal();
         for (const Vector3& direction : {across, Vector3(contact.normal.cross(across))}) {
             contact.normal = direction;
@@ -233,7 +230,7 @@ private:
     IntersectionRegions regions_;
     ContactSet others_;
     std::vector<Index> patch_;
-    std::vector<std::uint32_t> marked_;  ///< per triangle: in the patch of this stamp
+    std::vector<std::uint32_t> marked_;  ///< per triangle: stamp of its last patch
     std::uint32_t stamp_ = 0;
 };
 
@@ -244,7 +241,7 @@ ResponseEntry global_intersection_response() {
     entry.name = "global_intersection";
     entry.version = "1";
     entry.own = true;
-    entry.contact_generators = {"intersection", "native"};  // traces the triangles that meet
+    entry.contact_generators = {"intersection", "native"};  // traces intersecting triangles
     entry.without_tissue = acts_as_penalty;
     entry.parameters = {{.name = "attraction",
                          .unit = "N/m",

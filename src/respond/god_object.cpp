@@ -1,6 +1,5 @@
-// The plain penalty response with the tip of every instrument led over bone by a god-object (Zilles and Salisbury 1995;
-// METHODS §8): what a haptic library adds to a simulator that has nothing but penalties. Without a rigid body in the
-// scene it is `penalty`.
+// Penalty response whose instrument tips follow a god-object over bone (Zilles and Salisbury 1995; METHODS §8), as a
+// haptic library adds it to a penalty-based simulator. Without a rigid body in the scene it is `penalty`.
 #include <memory>
 #include <utility>
 #include <vector>

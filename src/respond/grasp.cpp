@@ -11,13 +11,13 @@ namespace {
 constexpr double close_below = 0.2;
 constexpr double open_above = 0.3;
 constexpr std::size_t most_vertices = 8;
-constexpr double radius_of_jaw = 2.5 / 12.0;  ///< of its length: half the diagonal of 4 × 3 mm at 12 mm (METHODS §10)
+constexpr double radius_of_jaw = 2.5 / 12.0;  ///< of jaw_length: half the diagonal of 4 × 3 mm at 12 mm (METHODS §10)
 
 }  // namespace
 
 void Grasp::prepare(const Topology& topology, const Materials& materials, const GraspSettings& settings) {
     settings_ = settings;
-    constexpr double touching = 0.02;  // of an edge
+    constexpr double touching = 0.02;  // mean edges of the tissue
     touching_.clear();
     for (const TissueScale& scale : tissue_scales(topology, materials)) touching_.push_back(touching * scale.edge);
     groups_.clear();
@@ -31,7 +31,7 @@ void Grasp::prepare(const Topology& topology, const Materials& materials, const 
         group_of_body_[at(b)] = static_cast<Index>(found - groups_.begin());
         if (found == groups_.end()) groups_.push_back({.body = b, .name = body.instrument});
     }
-    // Connected pieces by union-find over the triangles.
+    // Connected components by union-find over the triangles.
     piece_.resize(at(topology.vertex_count));
     for (Index v = 0; v < topology.vertex_count; ++v) piece_[at(v)] = v;
     const auto root = [this](Index v) {
@@ -81,7 +81,7 @@ void Grasp::attach(const Topology& topology, const Materials& materials, const F
     const Index body = groups_[at(group)].body;
     const Pose& pose = frame.pose[at(body)];
     const Vector3 tip = pose.rotation * materials.tip[at(body)] + pose.translation;
-    // The jaws point from the middle of the instrument to its tip.
+    // The jaw axis runs from the tip to the mean of the instrument's vertices.
     Vector3 middle = Vector3::Zero();
     double vertices = 0.0;
     for (Index b = 0; b < topology.body_count(); ++b) {
@@ -130,7 +130,7 @@ void Grasp::attach(const Topology& topology, const Materials& materials, const F
     std::size_t taken = 0;
     for (const Touch& one : touches_) {
         if (taken == most_vertices) break;
-        if (holder_[at(one.vertex)] >= 0) continue;  // one vertex, several contacts
+        if (holder_[at(one.vertex)] >= 0) continue;  // held already: a vertex may have several contacts
         const Vector3 local = pose.rotation.conjugate() * (frame.position.col(one.vertex) - pose.translation);
         held_.push_back({.vertex = one.vertex, .group = group, .local = local});
         holder_[at(one.vertex)] = group;
@@ -156,7 +156,7 @@ void Grasp::hold_by_springs(const Materials& materials, const VertexSprings& spr
     for (std::size_t i = held_.size(); i-- > 0;) {
         const double pull =
             settings_.stiffness * (target(frame, held_[i]) - frame.position.col(held_[i].vertex)).norm();
-        constexpr double at_limit = 0.999;  // the limiter leaves an edge a rounding below it
+        constexpr double at_limit = 0.999;  // the limiter leaves edges below the limit by rounding
         const bool torn =
             springs.largest_strain(materials, frame.position, held_[i].vertex) >= at_limit * materials.strain_limit;
         if (pull <= settings_.slip_force && !torn) continue;
@@ -175,7 +175,7 @@ void Grasp::pull(const Materials& materials, const Frame& frame, const GraspedVe
     const Vector3 place = target(frame, held);
     const Vector3 offset = place - frame.position.col(held.vertex);
     const Vector3 speed = target_velocity(frame, held, dt);
-    // The target is the frame's: at the start of the tick it is where scripts have not yet turned or moved it.
+    // The target includes this tick's scripted motion; the gap refers to the start of the tick.
     const Vector3 scripted = (speed - operator_velocity(frame, dt, body_of(held.group))) * dt;
     for (int axis = 0; axis < 3; ++axis) {
         ContactForceLaw linear;
@@ -193,8 +193,8 @@ void Grasp::pull(const Materials& materials, const Frame& frame, const GraspedVe
     }
 }
 
-/// What holds a parting vertex carries a force that falls evenly to zero. A spring that only ever softens gives none
-/// of its energy back: the tissue keeps what it has, less what it loses on the way.
+/// The force on a released vertex falls evenly to zero. The stiffness never rises, so that the spring returns no stored
+/// energy to the tissue.
 void Grasp::weaken(const Frame& frame, double dt) {
     for (PartingVertex& parting : parting_) {
         const double stretch = (target(frame, parting.held) - frame.position.col(parting.held.vertex)).norm();

@@ -1,5 +1,5 @@
-// Grasping (METHODS §10): which tissue vertices a closed pair of jaws holds, from attach to slip and release. The
-// thesis only says that grasped tissue follows the tool; the rule when and what is ours.
+// Grasping (METHODS §10): tissue vertices that closed jaws hold, from attachment to slip and release. The thesis only
+// states that grasped tissue follows the tool; the rules are ours.
 #pragma once
 
 #include <string>
@@ -19,41 +19,39 @@ struct GraspedVertex {
 };
 
 struct GraspSettings {
-    bool both_jaws = false;    ///< tissue must touch two jaws (separate pieces of the instrument) or two opposing faces
-                               ///< between the jaws, else nothing is grasped; false: one contact is enough
-    double stiffness = 300.0;  ///< N/m, of the spring that holds a vertex
-    double slip_force = 2.0;   ///< N, on one vertex
-    double jaw_length = 0.012;  ///< m, from the tip towards the shaft: what is held lies there
-    double release_time = 0.0;  ///< s, in which the force on a vertex that slips or is let go falls to zero
+    bool both_jaws = false;     ///< two separate jaws or two opposing faces must touch; false: one contact is enough
+    double stiffness = 300.0;   ///< N/m, of the spring that holds a vertex
+    double slip_force = 2.0;    ///< N, on one vertex
+    double jaw_length = 0.012;  ///< m, from the tip towards the shaft, within which vertices are held
+    double release_time = 0.0;  ///< s, time in which the force on a vertex that slips or is released falls to zero
 };
 
 class Grasp {
 public:
     void prepare(const Topology& topology, const Materials& materials, const GraspSettings& settings);
-    /// Opens and closes: releases above q = 0.3, attaches when q falls through 0.2 (hysteresis) what the contacts say
-    /// touches the jaws: the corners of tissue triangles that meet them, and features that are as good as on them. Does
-    /// nothing in frames without poses.
+    /// Releases above a jaw opening q of 0.3 and attaches when q falls through 0.2 (hysteresis). Attaches corners of
+    /// tissue triangles that intersect the jaws, and features within 2 % of an edge of them. No effect in frames
+    /// without poses.
     void update(const Topology& topology, const Materials& materials, const Frame& frame, const ContactSet& contacts);
     [[nodiscard]] const std::vector<GraspedVertex>& held() const { return held_; }
-    /// True when this vertex is held by the instrument that the body belongs to: no contact response between them.
+    /// True if the body's instrument holds the vertex: no contact response between them.
     [[nodiscard]] bool holds(Index vertex, Index body) const {
         return holder_[static_cast<std::size_t>(vertex)] >= 0 &&
                holder_[static_cast<std::size_t>(vertex)] == group_of_body_[static_cast<std::size_t>(body)];
     }
-    /// Body whose pose carries the group.
+    /// Body whose pose moves the group.
     [[nodiscard]] Index body_of(Index group) const { return groups_[static_cast<std::size_t>(group)].body; }
-    /// Where a held vertex should be, m, and how fast it should move, m/s.
+    /// Target position (m) and velocity (m/s) of a held vertex.
     [[nodiscard]] Vector3 target(const Frame& frame, const GraspedVertex& held) const;
     [[nodiscard]] Vector3 target_velocity(const Frame& frame, const GraspedVertex& held, double dt) const;
-    /// Holds every grasped vertex at its target by a spring and a critical damper, which the integrator takes
-    /// implicitly and whose reaction the tool feels (METHODS §10, ours). First lets go of those that pull with
-    /// more than the slip force or whose springs have reached the strain limit, and counts them; what was let go is
-    /// pulled less and less for the release time.
+    /// Holds every grasped vertex at its target by a critically damped spring, integrated implicitly, with reaction on
+    /// the tool (METHODS §10, ours). First releases and counts vertices above the slip force or with springs at the
+    /// strain limit. Their force decays over the release time.
     void hold_by_springs(const Materials& materials, const VertexSprings& springs, const Frame& frame, double dt,
                          ResponseOutput& output);
-    /// Lets one vertex go: at once, or over the release time.
+    /// Releases one vertex, at once or over the release time.
     void detach(std::size_t position);
-    /// Remembers the poses of this frame; call at the end of a tick.
+    /// Stores the poses of this frame; call at the end of a tick.
     void remember(const Frame& frame);
 
 private:
@@ -64,14 +62,14 @@ private:
         Pose last_pose = {};
         bool seen = false;
     };
-    /// Let go, but not yet free.
+    /// Released vertex whose force still decays.
     struct PartingVertex {
         GraspedVertex held = {};
         double stiffness = 0.0;    ///< N/m, never rises
-        double first_force = 0.0;  ///< N, when it was let go
+        double first_force = 0.0;  ///< N, at release
         double age = 0.0;          ///< s
     };
-    /// A spring of this stiffness and its critical damper from a vertex to its target.
+    /// Appends a spring of this stiffness with critical damper from a vertex to its target.
     void pull(const Materials& materials, const Frame& frame, const GraspedVertex& held, double stiffness, double dt,
               ResponseOutput& output) const;
     void weaken(const Frame& frame, double dt);
@@ -81,9 +79,9 @@ private:
     GraspSettings settings_;
     std::vector<Group> groups_;
     std::vector<Index> group_of_body_;  ///< -1: not an instrument
-    std::vector<Index> piece_;          ///< N; smallest vertex that a vertex of an instrument is connected to
+    std::vector<Index> piece_;          ///< N; smallest vertex of the connected component
     std::vector<Index> holder_;         ///< N; group or -1
-    std::vector<double> touching_;      ///< m, per body: features of that tissue no further than that touch
+    std::vector<double> touching_;      ///< m, per body: largest gap at which a feature touches
     std::vector<GraspedVertex> held_;
     std::vector<PartingVertex> parting_;
     struct Touch {

@@ -1,7 +1,6 @@
-// Impulse-based contact (Mirtich; thesis Table 2.1): closing points get the impulse that gives them the wanted
-// separating speed, one contact after the other, a few sweeps per sub-step. It changes velocities only; overlap is
-// worked off by a bias speed. Between non-deformable bodies, whose device mass a response does not know, it acts as
-// `penalty`.
+// Impulse-based contact (Mirtich; thesis Table 2.1), solved by sequential impulses: each contact in turn gets the
+// impulse for its target separating speed, in a few sweeps per sub-step. Only velocities change; a bias speed removes
+// overlap. Between non-deformable bodies, whose device mass a response lacks, it acts as `penalty`.
 #include <algorithm>
 #include <memory>
 #include <vector>
@@ -17,7 +16,7 @@ class ImpulseSolver final : public SubstepSolver {
 public:
     struct Choice {
         double restitution = 0.0;
-        double bias = 0.2;  ///< part of the depth that the bias speed removes
+        double bias = 0.2;  ///< fraction of the depth that the bias speed removes
         int sweeps = 10;
     };
     explicit ImpulseSolver(const Choice& choice) : choice_(choice) {
@@ -32,7 +31,7 @@ public:
         for (const SolvedContact& contact : contacts) target_.push_back(target(step, contact));
         for (int sweep = 0; sweep < choice_.sweeps; ++sweep) {
             for (std::size_t c = 0; c < contacts.size(); ++c) {
-                // The sum of a contact's impulses never pulls, a single correction may.
+                // The accumulated impulse is clamped to >= 0; a single correction may be negative.
                 const double change = (target_[c] - step.rate(contacts[c])) / contacts[c].mobility;
                 const double next = std::max(total_[c] + change, 0.0);
                 step.push(contacts[c], (next - total_[c]) * contacts[c].normal);
@@ -42,8 +41,8 @@ public:
     }
 
 private:
-    /// m/s, at which the gap is to open at least. One that is open may close within the step; where it would go
-    /// further, it bounces, or stops there if nothing bounces.
+    /// m/s, least opening rate of the gap. An open contact may close within the step. Beyond that it bounces, or stops
+    /// there without restitution.
     [[nodiscard]] double target(const PredictedStep& step, const SolvedContact& contact) const {
         const double bounce = -choice_.restitution * std::min(step.rate(contact), 0.0);
         if (contact.depth >= 0.0) return std::max(bounce, choice_.bias * contact.depth / step.time());

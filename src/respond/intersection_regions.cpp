@@ -8,14 +8,14 @@
 namespace trocar {
 namespace {
 
-/// Side of a point of an edge against a face; a point in the plane counts as above, for every edge that ends in it.
+/// Side of a vertex relative to a face; a vertex in the plane counts as above, for every edge that ends in it.
 int side_of_face(const Topology& topology, const Matrix3X& x, Index triangle, Index vertex) {
     const auto c = topology.triangles.col(triangle);
     return orientation_sign(x.col(c[0]), x.col(c[1]), x.col(c[2]), x.col(vertex)) <= 0 ? 1 : -1;
 }
 
-/// On which side edge (p, q) passes edge (a, b). Arguments are put in order of their numbers first, so that all
-/// triangles at either edge get the same answer when the two meet exactly.
+/// Side on which edge (p, q) passes edge (a, b). Vertices are sorted by number first, so that all triangles at either
+/// edge agree on a tie.
 int side_of_edge(const Matrix3X& x, Index p, Index q, Index a, Index b) {
     int flip = 1;
     if (p > q) {
@@ -85,8 +85,8 @@ bool IntersectionRegions::is_cut(Index a, Index b) const {
     return std::binary_search(cut_.begin(), cut_.end(), std::array<Index, 2>{std::min(a, b), std::max(a, b)});
 }
 
-/// Two fills start from the ends of one cut edge, the one that has less area goes on, and the first that has nowhere
-/// left to go is the smaller region: the work is that of the smaller region, however large the mesh.
+/// Two flood fills start from the ends of one cut edge, and the one with less area advances. The first to finish is the
+/// smaller region. The cost is that of the smaller region, whatever the mesh.
 bool IntersectionRegions::fill(const Topology& topology, const SurfaceNeighbours& surface, std::vector<Index>& inside) {
     inside.clear();
     if (cut_.empty()) return true;
@@ -116,7 +116,7 @@ bool IntersectionRegions::fill(const Topology& topology, const SurfaceNeighbours
             for (int i = 0; i < 3; ++i) {
                 const Index other = topology.triangles(i, t);
                 if (other == vertex || seen_[at(other)] == mine || is_cut(vertex, other)) continue;
-                if (seen_[at(other)] >= stamp_) return false;  // met the other side
+                if (seen_[at(other)] >= stamp_) return false;  // not separated
                 seen_[at(other)] = mine;
                 list.push_back(other);
                 area.at(side) += surface.area(other);
@@ -145,7 +145,7 @@ void IntersectionRegions::find(const Topology& topology, const SurfaceNeighbours
         pierce(topology, frame, a, b, p);
         pierce(topology, frame, b, a, p);
         const std::size_t ends = piercings_.size() - before;
-        if (ends == 0) continue;          // they only touch
+        if (ends == 0) continue;          // the pair only touches
         if (ends != 2) open_[at(p)] = 1;  // an end lies exactly on an edge
         order_.push_back(p);
     }
@@ -157,7 +157,7 @@ void IntersectionRegions::find(const Topology& topology, const SurfaceNeighbours
         };
         while (end < piercings_.size() && same(piercings_[end])) ++end;
         for (std::size_t k = i; k < end; ++k) {
-            if (end - i != 2) open_[at(piercings_[k].pair)] = 1;  // a boundary edge, a missed pair, or not manifold
+            if (end - i != 2) open_[at(piercings_[k].pair)] = 1;  // a boundary edge, a false negative, or not manifold
             parent_[at(root(piercings_[k].pair))] = root(piercings_[i].pair);
         }
         i = end;
@@ -201,7 +201,8 @@ void IntersectionRegions::find(const Topology& topology, const SurfaceNeighbours
                     cut_.push_back({p.low, p.high});
                 }
             }
-            // Each piercing stands here once per triangle at its edge; an edge crossed twice is not cut.
+            // Each piercing is listed once per triangle at its edge. An edge crossed an even number of times is not
+            // cut.
             std::sort(cut_.begin(), cut_.end());
             std::size_t kept = 0;
             for (std::size_t i = 0; i < cut_.size();) {

@@ -1,5 +1,5 @@
-// Which parts of two surfaces lie on the wrong side of each other, from one frame alone: the curves in which the
-// surfaces cross and the smaller regions that they cut off (Baraff, Witkin, Kass 2003, global intersection analysis).
+// Global intersection analysis of a single frame (Baraff, Witkin, Kass 2003): intersection curves of two surfaces and
+// the smaller regions that they cut off.
 #pragma once
 
 #include <array>
@@ -18,32 +18,31 @@ namespace trocar {
 struct IntersectionContour {
     Index body_a = -1;
     Index body_b = -1;
-    bool closed = false;  ///< false: ends at a mesh boundary, at a missing pair, or where an edge only touches
+    bool closed = false;  ///< false: ends at a mesh boundary, at a false negative, or where an edge only touches
     Range pairs;          ///< in IntersectionRegions::pairs_of
-    /// Vertices of the smaller region (by area) that the curve cuts off from each surface. Empty where it encloses no
-    /// vertex, and where it does not separate the surface (an open curve, one that goes round a handle).
+    /// Vertices of the smaller region (by area) that the curve cuts off from each surface. Empty if it encloses no
+    /// vertex or does not separate the surface (an open curve, or one around a handle).
     std::vector<Index> inside_a, inside_b;
-    bool separates_a = true;  ///< false: flood fill reached the other side of the curve
+    bool separates_a = true;  ///< false: the flood fill passed around the curve
     bool separates_b = true;
-    Vector3 centre = Vector3::Zero();  ///< m, mean of the segments' middles by length
+    Vector3 centre = Vector3::Zero();  ///< m, length-weighted mean of the segments' midpoints
 };
 
-/// Curves are traced over shared piercings: an edge through a face belongs to the two triangles at the edge, which
-/// makes them neighbours on the curve. Piercings are decided by exact signs, ties alike for all triangles at an edge.
-/// Works for any detector's pairs; a missed pair leaves its curve open. Buffers are kept from tick to tick.
+/// Traces curves over shared piercings: an edge through a face belongs to the two triangles at the edge, which are
+/// neighbours on the curve. Piercings are decided by exact signs, ties alike for all triangles at an edge. A false
+/// negative of the detector leaves its curve open. Buffers persist between ticks.
 class IntersectionRegions {
 public:
     void prepare(const Topology& topology);
-    /// Replaces contours() by those of the pairs between bodies of which at least one is tissue. `surface` must have
-    /// been measured.
+    /// Replaces contours() by those of body pairs with tissue. `surface` must have been measured.
     void find(const Topology& topology, const SurfaceNeighbours& surface, const Frame& frame,
               const std::vector<TrianglePair>& pairs);
     [[nodiscard]] std::span<const IntersectionContour> contours() const { return {contours_.data(), used_}; }
-    /// Positions in `pairs` of the pairs on a contour.
+    /// Indices in `pairs` of the pairs on a contour.
     [[nodiscard]] std::span<const Index> pairs_of(const IntersectionContour& contour) const {
         return {order_.data() + contour.pairs.first, static_cast<std::size_t>(contour.pairs.count)};
     }
-    /// Contour of a pair by its position in `pairs`, -1: on none.
+    /// Contour of a pair by its index in `pairs`; -1: none.
     [[nodiscard]] Index contour_of(Index pair) const { return contour_of_[static_cast<std::size_t>(pair)]; }
 
 private:
@@ -59,12 +58,12 @@ private:
     void pierce(const Topology& topology, const Frame& frame, Index edges_of, Index face, Index pair);
     [[nodiscard]] Vector3 centre_of(const IntersectionContour& contour) const;
     Index root(Index pair);
-    /// Smaller region beside the cut edges; false when the cut does not separate.
+    /// Collects the smaller region beside the cut edges; false if the cut does not separate.
     bool fill(const Topology& topology, const SurfaceNeighbours& surface, std::vector<Index>& inside);
     [[nodiscard]] bool is_cut(Index a, Index b) const;
 
     std::vector<Piercing> piercings_;
-    std::vector<std::array<Vector3, 2>> segment_;  ///< per pair: the curve's piece in it
+    std::vector<std::array<Vector3, 2>> segment_;  ///< per pair: segment of the curve
     std::vector<Index> parent_;
     std::vector<std::uint8_t> open_;  ///< per pair; of the root: the curve is open
     std::vector<Index> order_;

@@ -1,4 +1,4 @@
-// A control, not a method: a response that does nothing. What another does without contacts must be the same.
+// Control, not a method: no response. Without contacts every response must give the same result as this one.
 #include <memory>
 
 #include "method/entry.hpp"

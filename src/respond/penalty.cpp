@@ -1,9 +1,9 @@
-// The plain penalty response that most simulators use: spring and damper along the contact normal, pressing only. It
-// reads intersection contacts as well as a library's own, so that the contact generator can be a factor of a study.
-// Of the method, not of this code: the normal is that of one face, so that near a corner of a faceted surface the force
-// leans by the angle between faces; and on intersection contacts, which end where triangles no longer meet, deep tissue
-// does not come to rest but lets go and is caught again (force to and fro by 5 to 10 %, whose mean depends on the
-// tick).
+// Penalty response: spring and damper along the contact normal, pressing only. It reads contacts of every generator, so
+// that the generator can be a factor of a study.
+//
+// Limits of the method: at a corner of a faceted surface the force deviates by the angle between faces. Intersection
+// contacts end where triangles no longer intersect, so that deep tissue oscillates. The force then varies by 5 to 10 %,
+// and its mean depends on the tick.
 #include <memory>
 
 #include "method/entry.hpp"

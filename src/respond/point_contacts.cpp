@@ -9,7 +9,7 @@
 namespace trocar {
 namespace {
 
-/// A contact of features. Its depth is that at the end of the tick's scripted motion, negative where it is open then.
+/// Contact of features. Depth is the predicted penetration after the tick's scripted motion, negative if open.
 bool describe_features(const Contact& contact, PointContact& out) {
     out = {};
     out.body_a = contact.body_a;
@@ -57,7 +57,7 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
     out.a = vertex_of_a ? ContactPoint::at_vertex(contact.vertex_a) : spread(contact.a);
     out.b = vertex_of_b ? ContactPoint::at_vertex(contact.vertex_b) : spread(contact.b);
     out.distance = (out.b.blend(frame.position) - out.a.blend(frame.position)).norm();
-    // Without an entering vertex the most loaded vertex of b stands for the contact.
+    // Without an entering vertex, the vertex of b with the largest weight represents the contact.
     if (vertex_of_a) {
         out.vertex = contact.vertex_a;
         out.other = out.body_b;
@@ -69,10 +69,10 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
     return true;
 }
 
-constexpr double alike = 1e-9;  ///< part of a depth or a distance: well above rounding, well below a difference
+constexpr double alike = 1e-9;  ///< relative tolerance of equal depths and distances, well above rounding
 
-/// The deepest contact of a vertex stands for it. Faces of one plane are equally deep but for rounding; of these it is
-/// the nearest, whose corners are the ones that a load at this point belongs to. Positive: a comes before b.
+/// Order of a vertex's contacts: the deepest first, then the nearest. Coplanar faces are equally deep up to rounding;
+/// the nearest one has the load's corners. Positive: a precedes b; 0: a tie.
 int compare(const PointContact& a, const PointContact& b) {
     const double deeper = a.depth - b.depth;
     if (std::abs(deeper) > alike * (a.depth + a.distance + b.distance)) return deeper > 0.0 ? 1 : -1;
@@ -103,8 +103,8 @@ void PointContacts::gather(const Topology& topology, const Frame& frame, const C
                            ResponseOutput& output) {
     for (const PointContact& contact : list_) first_[at(contact.vertex)] = -1;
     list_.clear();
-    // Where a vertex is inside, the edges that meet in it cross the other body's edges round it: the same overlap once
-    // more, along other normals. So vertices come first, and an edge contact beside one of them is left to it.
+    // Edges at an entered vertex cross the other body's edges: the same overlap with other normals. Vertices therefore
+    // come first and replace the edge contacts beside them.
     for (const bool edges : {false, true}) {
         if (edges && !reduce) break;
         for (const Contact& contact : contacts.contacts) {
@@ -159,11 +159,11 @@ bool PointContacts::keep_deepest(PointContact& contact) {
         const int order = compare(contact, known);
         if (order > 0) {
             contact.next = known.next;
-            contact.of_vertex = contact.of_vertex || known.of_vertex;  // the edges beside it stay left to it
+            contact.of_vertex = contact.of_vertex || known.of_vertex;  // it still replaces the edge contacts beside it
             known = contact;
         } else if (order == 0) {
-            // On an edge or a corner of the other surface no face comes first: their normals count alike, and the load
-            // is that of the lowest feature, whatever the order of contacts.
+            // On an edge or a corner of the other surface faces tie, and their normals are averaged. The lowest feature
+            // takes the load, so that the result does not depend on the order of contacts.
             const auto end = known.normals.begin() + known.normal_count;
             const bool seen = std::any_of(known.normals.begin(), end, [&contact](const Vector3& normal) {
                 return (contact.normal - normal).norm() <= alike;

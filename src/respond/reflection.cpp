@@ -1,7 +1,7 @@
-// Reflection with bump and friction (Policarpo and Watt; thesis ref. 34): the colliding point is a particle, the other
-// surface a plane; the particle that has got behind it is put on the plane and its velocity mirrored, one contact after
-// the other. Two tissues that rest on each other bounce without end. Between non-deformable bodies, whose device mass a
-// response does not know, it acts as `penalty`.
+// Reflection with bump and friction (Policarpo and Watt; thesis ref. 34): the contact point is a particle, the other
+// surface a plane. A particle behind the plane is projected onto it and its velocity reflected, one contact after the
+// other. Two tissues at rest on each other bounce without end. Between non-deformable bodies, whose device mass a
+// response lacks, it acts as `penalty`.
 #include <memory>
 
 #include "method/entry.hpp"
@@ -29,7 +29,7 @@ public:
                 const Vector3 after = choice_.friction * tangential - choice_.bump * speed * contact.normal;
                 step.push(contact, (after - before) / contact.mobility);
             }
-            // One that was in front of the plane would stop there with its new velocity.
+            // An initially open contact ends on the plane.
             const double depth = step.depth_after(contact);
             if (depth > 0.0 || contact.depth < 0.0) step.shift(contact, depth / contact.mobility * contact.normal);
         }

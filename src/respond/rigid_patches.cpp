@@ -21,7 +21,7 @@ void RigidPatches::respond(const Frame& frame, double dt, std::span<const Contac
             (contact.on_b.blend(frame.velocity) - contact.on_a.blend(frame.velocity)).dot(contact.normal);
         const double depth = -(contact.gap + rate * dt);
         if (!(depth > 0.0)) {
-            output.skip(SkipReason::not_handled);  // nothing brings the two together in this tick
+            output.skip(SkipReason::not_handled);  // open to the end of the tick
             continue;
         }
         crossed_.push_back({.contact = &contact,
@@ -37,7 +37,7 @@ void RigidPatches::respond(const Frame& frame, double dt, std::span<const Contac
         const auto end = std::find_if(first, crossed_.end(), [&](const Crossed& one) {
             return one.contact->body_a != first->contact->body_a || one.contact->body_b != first->contact->body_b;
         });
-        // Where surfaces are so rough that no feature is foremost, all are taken as such.
+        // On rough surfaces no feature may be foremost; then all count as foremost.
         if (std::none_of(first, end, [](const Crossed& one) { return one.foremost; })) {
             std::for_each(first, end, [](Crossed& one) { one.foremost = true; });
         }
@@ -46,8 +46,8 @@ void RigidPatches::respond(const Frame& frame, double dt, std::span<const Contac
     }
 }
 
-/// A vertex or an edge that its own surface does not pass on the way into the other body, on either side that is not
-/// the inside of a face.
+/// True if neither body's surface extends beyond the vertex or edge, towards the other body. A point inside a face
+/// qualifies.
 bool RigidPatches::is_foremost(const Frame& frame, const Contact& contact) const {
     return is_outermost(frame, contact.on_a, contact.normal) && is_outermost(frame, contact.on_b, -contact.normal);
 }
@@ -75,7 +75,7 @@ double RigidPatches::area_of(const ContactPoint& point) const {
     return sum;
 }
 
-/// One patch: features of two bodies.
+/// Appends the contacts of one patch, the crossed features of two bodies.
 void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, ResponseOutput& output) const {
     const Index body_a = patch.front().contact->body_a;
     const Index body_b = patch.front().contact->body_b;
@@ -89,7 +89,7 @@ void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, Res
         sum += one.share();
     }
     const double size = normal.norm();
-    if (!(size > 0.0)) return;  // what presses from both sides alike
+    if (!(size > 0.0)) return;  // opposite normals cancel
     normal /= size;
     const auto carries = [&normal](const Crossed& one) {
         return one.share() * std::max(0.0, one.contact->normal.dot(normal));
@@ -99,7 +99,7 @@ void RigidPatches::press(const Frame& frame, std::span<const Crossed> patch, Res
     const auto kind = [this](Index body) { return topology_->bodies[at(body)].kind; };
     const bool push_b = kind(body_b) == BodyKind::instrument;
     const double given = laws_->k(body_a, body_b);
-    // Features that press from opposite sides cancel; those of one rounded side do not weaken each other.
+    // Opposing features reduce k; the spread of normals of one rounded side does not.
     constexpr double one_side = 0.5;
     const double of_pair = std::isnan(given) ? rigid_stiffness : given;
     const double k = of_pair * std::min(1.0, size / (one_side * sum));

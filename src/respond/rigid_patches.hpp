@@ -1,5 +1,5 @@
-// Contact between bodies that do not deform, from features that have crossed: what two bodies press on each other with
-// is the pair's k times the depth of the patch in which they overlap, however finely they are meshed.
+// Contact between non-deformable bodies, from crossed features. The force is the pair's k times the depth of the
+// overlapping patch, independent of the mesh.
 #pragma once
 
 #include <span>
@@ -17,12 +17,11 @@ class RigidPatches {
 public:
     /// `laws` outlives its use here.
     void prepare(const Topology& topology, const ContactLaws& laws);
-    /// Appends springs and dampers for the features of instruments and rigid bodies that cross by the tick's end. Two
-    /// surfaces press where they meet with their foremost features, a vertex or edges from which its own surface leads
-    /// away from the other body: those say how deep the patch is and which way leads out. Feature i of depth d_i and
-    /// area a_i has the share d_i² a_i in that, so that one that just enters changes nothing. All that has crossed and
-    /// faces that way carries its share of the force, k times the depth, so that its centre moves evenly, too.
-    /// Depths are those at the end of the tick, by the velocities of the frame; a patch may be open at its start.
+    /// Appends springs and dampers for features of instruments and rigid bodies that overlap at the end of the tick.
+    /// Foremost features (vertices or edges beyond which their own surface does not extend) determine depth and normal
+    /// of the patch. Feature i of depth d_i and area a_i has the weight d_i² a_i, so that a feature that just enters
+    /// changes nothing. The force k × depth is distributed over all features that face the normal, by weight. Depths
+    /// are predicted from the frame's velocities; a patch may be open at the start of the tick.
     void respond(const Frame& frame, double dt, std::span<const Contact> contacts, ResponseOutput& output);
 
 private:
@@ -40,7 +39,7 @@ private:
 
     const Topology* topology_ = nullptr;
     const ContactLaws* laws_ = nullptr;
-    SurfaceNeighbours surface_;  ///< areas as at the first frame
+    SurfaceNeighbours surface_;  ///< areas of the first frame
     std::vector<Crossed> crossed_;
 };
 

@@ -1,4 +1,4 @@
-// Neighbourhood of the surfaces that a response works on: which triangles meet at a vertex, vertex areas and normals.
+// Neighbourhood of the surfaces: triangles at a vertex, vertex areas and normals.
 #pragma once
 
 #include <span>
@@ -12,7 +12,7 @@ namespace trocar {
 class SurfaceNeighbours {
 public:
     void prepare(const Topology& topology);
-    /// Areas need positions once; later calls do nothing.
+    /// Computes areas at the first call; later calls have no effect.
     void measure(const Topology& topology, const Matrix3X& position);
     [[nodiscard]] std::span<const Index> triangles_at(Index vertex) const {
         const auto v = static_cast<std::size_t>(vertex);
@@ -22,9 +22,9 @@ public:
     [[nodiscard]] double area(Index vertex) const { return area_[static_cast<std::size_t>(vertex)]; }
     /// Unit, area-weighted mean of the adjacent outer normals; zero where they cancel.
     [[nodiscard]] Vector3 vertex_normal(const Topology& topology, const Matrix3X& position, Index vertex) const;
-    /// Normalised barycentric blend of the corner normals of a triangle: continuous along the surface (METHODS §5). Not
-    /// across creases of more than 60 degrees of a tool or bone, whose faces stay flat up to the crease; and the face
-    /// normal where the blend leaves it by more than 75 degrees (a sharp rim).
+    /// Normalised barycentric blend of a triangle's corner normals, continuous along the surface (METHODS §5). On tools
+    /// and bone it excludes faces across creases of more than 60 degrees. Returns the face normal if the blend deviates
+    /// from it by more than 75 degrees (a sharp rim).
     [[nodiscard]] Vector3 blended_normal(const Topology& topology, const Matrix3X& position, Index triangle,
                                          const Vector3& weights) const;
 

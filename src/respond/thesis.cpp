@@ -1,18 +1,18 @@
-// The response of the thesis: equations 3.4-3.17 as METHODS §5-§10 makes them executable. Profile `faithful` keeps the
-// printed equations with the damper sign of 3.6 put right, one response per triangle pair in sorted order; `printed`
-// keeps that sign too; `corrected` has all our corrections of the equations (METHODS §13).
+// Response of the thesis: equations 3.4-3.17 as specified in METHODS §5-§10. Profile `faithful` keeps the printed
+// equations with the damper sign of 3.6 corrected, one response per triangle pair in sorted order. `printed` keeps the
+// printed sign as well; `corrected` has all corrections of the equations (METHODS §13).
 //
-// Where to look, by equation or section of METHODS:
-//   3.4        press_non_deformable   printed and faithful
-//   3.4, 3.5   rigid_patches          corrected
-//   3.5, 3.9   respond_to_edges
-//   3.6        press_tissue_face
-//   3.7-3.11   project
-//   3.12-3.17  tissue_contacts        exchange; corrected: bounce
-//   §3.4.5     back_projection
-//   §5         contact_reduction      corrected
-//   §8         tip_proxy              printed and faithful
-//   §10        grasp
+// Functions and files by equation or section of METHODS:
+//   - 3.4        press_non_deformable   printed and faithful
+//   - 3.4, 3.5   rigid_patches          corrected
+//   - 3.5, 3.9   respond_to_edges
+//   - 3.6        press_tissue_face
+//   - 3.7-3.11   project
+//   - 3.12-3.17  tissue_contacts        exchange; corrected: bounce
+//   - §3.4.5     back_projection
+//   - §5         contact_reduction      corrected
+//   - §8         tip_proxy              printed and faithful
+//   - §10        grasp
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -76,7 +76,7 @@ private:
     [[nodiscard]] bool corrected() const { return settings().corrected(); }
     [[nodiscard]] BodyKind kind(Index body) const { return state_.kind(body); }
 
-    /// Speed of a face's loaded point, or of the vertex that the printed equations take.
+    /// m/s, of a face's loaded point, or of the vertex that the printed equations take.
     [[nodiscard]] Vector3 face_velocity(const Frame& frame, const VertexInFace& v) const {
         if (!corrected()) return state_.velocity(frame, v.nearest);
         Vector3 sum = Vector3::Zero();
@@ -141,8 +141,8 @@ private:
         }
     }
 
-    /// Springs take an open contact, since they act from the sub-step on in which it closes; what places a vertex (3.7
-    /// to 3.11) and what may pull does not.
+    /// Springs accept open contacts, since they act from the sub-step in which the gap closes. Projections (3.7 to
+    /// 3.11) and adhesive laws do not.
     [[nodiscard]] bool takes_open(const Contact& contact) const {
         const bool places = enters_with_b(contact) && kind(contact.body_a) != BodyKind::tissue &&
                             kind(contact.body_b) == BodyKind::tissue;
@@ -160,7 +160,7 @@ private:
     }
 
     // ------------------------------------------------------------ laws
-    /// Eq. 3.4, 3.6, 3.7-3.8, 3.10-3.11: who is tissue decides which.
+    /// Eq. 3.4, 3.6, 3.7-3.8 or 3.10-3.11, by which side is tissue.
     void respond_to_vertex(const Frame& frame, const VertexInFace& v, ResponseOutput& output) {
         const bool vertex_tissue = kind(v.vertex_body) == BodyKind::tissue;
         const bool face_tissue = kind(v.face_body) == BodyKind::tissue;
@@ -183,8 +183,8 @@ private:
         }
     }
 
-    /// Eq. 3.4 (§3.4.1, §3.4.2), printed and faithful: the vertex is pushed out along the face's normal, the face the
-    /// other way; a rigid body is static and takes nothing.
+    /// Eq. 3.4 (§3.4.1, §3.4.2), printed and faithful: pushes the vertex along the face's normal, the face in the
+    /// opposite direction. A rigid body is static and takes no force.
     void press_non_deformable(const Frame& frame, const VertexInFace& v, ResponseOutput& output) const {
         const bool push_vertex = kind(v.vertex_body) == BodyKind::instrument;
         const ContactPoint face = face_load(v);
@@ -206,14 +206,14 @@ private:
         linear.vertices = point.vertices;
         linear.weights = point.weights;
     }
-    /// At the vertex or face that the equation names; in `corrected` on the line of action.
+    /// Reaction at the vertex or face of the equation; in `corrected` on the line of action.
     void react(const Frame& frame, Index body, const Vector3& point, ContactForceLaw& linear) const {
         if (kind(body) != BodyKind::instrument) return;
         react_on_line(frame, body, linear);
         if (!corrected()) linear.reaction_point = point;
     }
-    /// Printed and faithful. Of an instrument's contact with bone (-1: other contacts), what is at its tip is the
-    /// proxy's.
+    /// Printed and faithful. A contact of `instrument` with bone (-1: other contacts) is weighted by its distance from
+    /// the tip, where the proxy acts.
     void finish_rigid(const Frame& frame, Index instrument, const Vector3& place, ContactForceLaw linear,
                       ResponseOutput& output) const {
         const double share = instrument >= 0 ? proxies_.share_left(instrument, place) : 1.0;
@@ -222,7 +222,7 @@ private:
         linear.mu *= share;
         state_.finish(frame, linear, output);
     }
-    /// GHOST's part (§3.4.2): the tips against bone.
+    /// Instrument tips against bone (§3.4.2, where the thesis uses GHOST).
     void respond_to_tips(const Frame& frame, const ContactSet& contacts, ResponseOutput& output) {
         const std::size_t before = output.contacts.size();
         proxies_.respond(*topology_, *materials_, state_.laws, frame, contacts, output);
@@ -231,12 +231,12 @@ private:
         }
     }
 
-    /// Eq. 3.6 (§3.4.3): the instrument's vertex A1 is below a tissue face, whose force is the opposite of 3.6's. In
-    /// `corrected` also a bone's vertex, which takes no reaction.
+    /// Eq. 3.6 (§3.4.3): the instrument's vertex A1 is below a tissue face, which gets the opposite of 3.6's force. In
+    /// `corrected` also for a bone's vertex, without reaction.
     void press_tissue_face(const Frame& frame, const VertexInFace& v, ResponseOutput& output) const {
         ContactForceLaw linear;
         linear.k = state_.stiffness(v.vertex_body, v.face_body, materials_->mean_stiffness[at(v.nearest)], v.vertex);
-        // Literal 3.6: F on A1 = (k d - mu (V2 - V1)·n2) n2, which as a damper on the tissue is -mu.
+        // Literal 3.6: F on A1 = (k d - mu (V2 - V1)·n2) n2, a damper of -mu on the tissue.
         linear.mu = (settings().profile == Profile::printed ? -1.0 : 1.0) *
                     state_.laws.mu(v.vertex_body, v.face_body, linear.k);
         linear.gap = -v.depth;
@@ -247,7 +247,7 @@ private:
         state_.finish(frame, linear, output);
     }
 
-    /// Eq. 3.5, 3.9 (§3.4.1-3.4.3): edges that cross.
+    /// Eq. 3.5, 3.9 (§3.4.1-3.4.3): crossing edges.
     void respond_to_edges(const Frame& frame, const CrossedEdges& edges, ResponseOutput& output) {
         const bool tissue_a = kind(edges.body_a) == BodyKind::tissue;
         const bool tissue_b = kind(edges.body_b) == BodyKind::tissue;
@@ -277,8 +277,9 @@ private:
         }
     }
 
-    /// Eq. 3.7-3.8 and 3.10-3.11: tissue vertex A2 in the face of an instrument or a bone. The contact position is
-    /// where A2's path of the last tick meets the face; without one the position stays and only the velocity rule acts.
+    /// Eq. 3.7-3.8 and 3.10-3.11: tissue vertex A2 in the face of an instrument or bone. The contact position is the
+    /// intersection of A2's path of the last tick with the face. Without one, `corrected` takes the nearest point of
+    /// the face; otherwise only the velocity changes.
     void project(const Frame& frame, const VertexInFace& v, ResponseOutput& output) {
         TissueEdit& vertex = state_.edit(frame, v.vertex);
         equations::PathHit hit;
@@ -304,7 +305,7 @@ private:
         vertex.normal = v.normal;
         vertex.velocity_change += vertex.velocity - before;
     }
-    /// Where a point of the last tick would be had it moved with the triangle's body.
+    /// Position of a point of the last tick after rigid motion with the triangle.
     [[nodiscard]] Vector3 carried_along(const Frame& frame, Index triangle, const Vector3& point) const {
         const auto axes = [](const equations::Corners& c) {
             Matrix3 m;
@@ -318,10 +319,10 @@ private:
         return now[0] + axes(now) * (axes(then).transpose() * (point - then[0]));
     }
 
-    /// "The reaction force to the instrument is calculated through the equilibrium condition of the vertex A2": once
-    /// per held vertex, at its final place, from the last pair that held it; only what presses on the face. Corrected:
-    /// the momentum of the velocity edits over the tick. The position edits carry none: counting both would count a
-    /// resting contact twice.
+    /// "The reaction force to the instrument is calculated through the equilibrium condition of the vertex A2". It is
+    /// evaluated once per edited vertex, at its final position, from its last pair; only the pressing part counts.
+    /// Corrected: the momentum of the velocity edits over the tick. Position edits carry none, since a resting contact
+    /// would count twice.
     void add_reactions(const Frame& frame, ResponseOutput& output) {
         for (const TissueEdit& vertex : state_.edits()) {
             if (vertex.instrument < 0) continue;
@@ -376,7 +377,7 @@ ResponseEntry thesis_response() {
     entry.version = "2005";
     entry.own = true;
     entry.contact_generators = {"tracked_proximity", "proximity", "intersection"};
-    // The printed equations go by the overlap case of two triangles, its vertex or edge and its interval.
+    // The printed equations need the overlap case of two triangles, its vertex or edge and its interval.
     entry.why_unreadable = [](const ParameterValues& values, std::string_view generator) -> std::string {
         if (generator == "intersection") return {};
         if (values.is("profile", "corrected")) return {};

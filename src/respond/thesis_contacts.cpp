@@ -14,7 +14,7 @@ Index heaviest(const ContactPoint& point) {
     return point.vertices[static_cast<std::size_t>(found - point.weights.begin())];
 }
 
-/// m, where scripts have made this tick's motion.
+/// m, after this tick's scripted motion.
 double depth_of_features(const Contact& contact) { return -(contact.gap + contact.approach); }
 
 }  // namespace

@@ -1,5 +1,5 @@
-// What the response `thesis` is reported: one of three profiles, and what the thesis is silent on. `printed` is the
-// thesis to the letter, `faithful` puts the damper sign of 3.6 right, `corrected` all equations (METHODS §13).
+// Settings of the response `thesis`: one of three profiles, and values that the thesis leaves open. `printed` is the
+// literal thesis, `faithful` corrects the damper sign of 3.6, `corrected` all equations (METHODS §13).
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ enum class Profile : std::uint8_t { printed, faithful, corrected };
 
 struct ThesisSettings {
     Profile profile = Profile::faithful;
-    bool distribute = true;  ///< §4.3.1: force shared out over the face; false: on the vertex, §3.4
+    bool distribute = true;  ///< §4.3.1: force distributed over the face; false: on the vertex, §3.4
     double n_back = 10.0;    ///< ticks; 0: no back-projection
     double l_max = 0.02;     ///< m
     LawSettings law;

@@ -8,10 +8,10 @@
 namespace trocar {
 namespace {
 
-// Of the profile `corrected`.
+// Constants of the profile `corrected`.
 constexpr double kappa = 3e6;          ///< N/m³, elastic foundation
 constexpr double f_max = 5.0;          ///< N, largest spring force of one contact
-constexpr double release_time = 0.05;  ///< s, in which the force on a vertex that slips or is let go falls to zero
+constexpr double release_time = 0.05;  ///< s, decay of the force on a vertex that slips or is released
 
 }  // namespace
 

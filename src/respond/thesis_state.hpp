@@ -1,6 +1,5 @@
-// What the parts of the response `thesis` share: the run's constants, the working copies of one tick, and the laws that
-// more than one part hands over. Kept from tick to tick are the grasp and, in TipProxies, the places of the proxies;
-// all else is of one tick.
+// State shared by the parts of the response `thesis`: constants of the run, working copies of one tick, common laws.
+// Only the grasp and the positions of TipProxies persist between ticks.
 #pragma once
 
 #include <cstdint>
@@ -16,15 +15,15 @@
 
 namespace trocar {
 
-/// Working copy of a tissue vertex that a sequential response has changed in this tick.
+/// Working copy of a tissue vertex that a response has changed in this tick.
 struct TissueEdit {
     Index vertex = -1;
     Vector3 position = Vector3::Zero();
     Vector3 velocity = Vector3::Zero();
-    Index instrument = -1;                      ///< body that takes the reaction, -1 for none
+    Index instrument = -1;                      ///< body that takes the reaction; -1: none
     Vector3 point = Vector3::Zero();            ///< where the reaction acts
     Vector3 normal = Vector3::Zero();           ///< outer normal of the instrument's face
-    Vector3 velocity_change = Vector3::Zero();  ///< m/s, sum of the edits that the instrument answers for
+    Vector3 velocity_change = Vector3::Zero();  ///< m/s, sum of the edits with a reaction on the instrument
     bool held = false;
 };
 
@@ -43,7 +42,7 @@ public:
     Grasp grasp;
 
     void prepare(const Topology& the_topology, const Materials& the_materials);
-    /// Forgets the last tick's edits.
+    /// Discards the last tick's edits.
     void begin(const Frame& frame, double the_dt);
 
     [[nodiscard]] BodyKind kind(Index body) const { return topology->bodies[static_cast<std::size_t>(body)].kind; }
@@ -51,8 +50,8 @@ public:
         const auto v = static_cast<std::size_t>(vertex);
         return materials->mass[v] <= 0.0 || materials->pinned[v] != 0;
     }
-    /// True when a grasp takes the place of contact between this vertex and body: while tissue follows the tool. On
-    /// the springs of `corrected` it stays in contact, else it would be drawn through the jaw that it rests on.
+    /// True if a grasp replaces contact between this vertex and body. In `corrected` grasped tissue stays in contact,
+    /// since its springs would otherwise draw it through the jaw.
     [[nodiscard]] bool follows(Index vertex, Index body) const {
         return has_tissue && !settings.corrected() && grasp.holds(vertex, body);
     }
@@ -63,14 +62,14 @@ public:
         return slot < 0 ? Vector3(frame.velocity.col(vertex)) : edits_[static_cast<std::size_t>(slot)].velocity;
     }
     TissueEdit& edit(const Frame& frame, Index vertex);
-    /// Springs, damping, drag and rest bias on a vertex, N, all vertices where this response has put them.
+    /// N, from springs, damping, drag and rest bias on a vertex, with all edits of this tick applied.
     [[nodiscard]] Vector3 internal_force_on(const Frame& frame, const TissueEdit& vertex) const;
 
     // Laws.
-    /// Stiffness of a penalty contact, N/m: the method's, the scene's, else the profile's. `on_tissue` is the mean of
-    /// springs that the equation names; `vertex` the one whose area counts.
+    /// N/m, of a penalty contact: the method's value, else the scene's, else the profile's. `on_tissue`: mean of
+    /// springs of the equation; `vertex`: the vertex whose area counts.
     [[nodiscard]] double stiffness(Index body_a, Index body_b, double on_tissue, Index vertex) const;
-    /// Appends a penalty contact whose gap the equation gives at the frame: clamped, or as it is.
+    /// Appends a penalty contact whose gap the equation gives at the frame. `corrected` clamps its force.
     void finish(const Frame& frame, ContactForceLaw linear, ResponseOutput& output) const;
 
 private:

@@ -11,8 +11,8 @@
 namespace trocar {
 namespace {
 
-/// The ball may sink in by this part of its radius while it moves; it is pushed out again before the next move. With
-/// the play, a ball that slides over a shared edge of two faces does not catch on the edge.
+/// Penetration that the ball may have while it moves, relative to its radius; removed before the next move. The
+/// tolerance keeps a sliding ball from catching on an edge shared by two faces.
 constexpr double contact_offset = 2e-4;
 constexpr std::size_t most_planes = 16;
 
@@ -41,7 +41,8 @@ GodObject::Nearest GodObject::nearest(const Topology& topology, const Matrix3X& 
 void GodObject::place(const Topology& topology, const Matrix3X& position, std::span<const Index> triangles,
                       const Vector3& device) {
     proxy_ = device;
-    // Inside a closed body: out by the shortest way. On a surface the way has no length, and its front says where to.
+    // Inside a closed body the proxy leaves by the shortest path. On a surface that path has no length, and the front
+    // normal replaces it.
     const double on_the_surface = 1e-9 * radius_;
     double winding = 0.0;
     Nearest closest{.distance = std::numeric_limits<double>::infinity()};
@@ -79,8 +80,8 @@ void GodObject::collect_candidates(const Topology& topology, const Matrix3X& pos
     }
 }
 
-/// Contact planes at the proxy: one per triangle that is nearer than `within`, without those whose nearest point also
-/// belongs to a nearer triangle: an edge seen from above its own face holds nothing back.
+/// Contact planes at the proxy, one per triangle nearer than `within` (m). Omits triangles whose nearest point also
+/// belongs to a nearer triangle, since such an edge does not constrain the proxy.
 void GodObject::collect_planes(const Topology& topology, const Matrix3X& position, double within) {
     planes_.clear();
     for (const Index t : candidates_) {
@@ -106,8 +107,8 @@ void GodObject::collect_planes(const Topology& topology, const Matrix3X& positio
     planes_.resize(kept);
 }
 
-/// The point nearest to `wanted` that all planes allow. At most three planes hold it: the sets of up to three are tried
-/// until one gives a point that all others allow and that it holds by pressing only.
+/// Point nearest to `wanted` that all planes permit. At most three planes are active: sets of one, two and three are
+/// tried until one is feasible with pressures >= 0.
 Vector3 GodObject::constrained_goal(const Vector3& wanted, int& active) const {
     const Vector3 travel = wanted - proxy_;
     const double tolerance = 1e-9 * radius_;
@@ -161,8 +162,8 @@ bool GodObject::move_to(const Topology& topology, const Matrix3X& position, cons
     const double limit = radius_ * (1.0 - contact_offset);
     double share = 1.0;
     for (const Index t : candidates_) {
-        // The triangle lies behind the plane through its nearest point: the ball may go on until it meets that plane,
-        // and looks again from there (conservative advancement).
+        // Conservative advancement: the triangle lies behind the plane through its nearest point. The ball moves up to
+        // that plane and repeats the query.
         double s = 0.0;
         constexpr int most_searches = 64;
         int search = 0;
@@ -201,7 +202,7 @@ const Vector3& GodObject::follow(const Topology& topology, const Matrix3X& posit
     if (!placed_) place(topology, position, near, device);
     active_ = 0;
     const double query_distance = (device - proxy_).norm();
-    // The proxy never goes further from the device than it is.
+    // The proxy's distance from the device never grows.
     collect_candidates(topology, position, near, device, query_distance + 3.0 * radius_);
     if (candidates_.empty()) {
         proxy_ = device;
@@ -214,7 +215,7 @@ const Vector3& GodObject::follow(const Topology& topology, const Matrix3X& posit
             int pushing = 0;
             move_to(topology, position, constrained_goal(proxy_, pushing));
         }
-        // Also planes that the push has lifted the ball off: else it would creep along a groove from one to the other.
+        // Includes planes that the push has just cleared; else the ball would creep along a groove between them.
         collect_planes(topology, position, radius_ * (1.0 + 4.0 * contact_offset));
         const Vector3 goal = constrained_goal(device, active_);
         if ((goal - proxy_).norm() <= 1e-9 * radius_ || !move_to(topology, position, goal)) break;
@@ -289,7 +290,7 @@ void TipProxies::respond(const Topology& topology, const Materials& materials, c
     }
 }
 
-/// From the bones' triangles that the detector reports, along the surface to all that lie between those and the tip.
+/// Flood fill over the bones' surfaces: from the detector's triangles to all between those and the tip.
 void TipProxies::collect_around(const Topology& topology, const Frame& frame, const ContactSet& contacts,
                                 const Tip& tip, const Vector3& device) {
     around_.clear();
@@ -317,7 +318,7 @@ void TipProxies::collect_around(const Topology& topology, const Frame& frame, co
             between.add(box.max);
         }
     }
-    // It grows while it is gone through.
+    // around_ grows during the loop.
     for (std::size_t i = 0; i < around_.size(); ++i) {  // NOLINT(modernize-loop-convert)
         for (int corner = 0; corner < 3; ++corner) {
             for (const Index t : surface_.triangles_at(topology.triangles(corner, around_[i]))) {

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double tissue_restitution = 0.2;  ///< between tissues, of the profile `corrected`
 
-/// Calls act(vertex, weight) for each vertex that takes part, weights times `sign`.
+/// Calls act(vertex, sign × weight) for each vertex of nonzero weight.
 template <typename Act>
 void visit(const ContactPoint& point, double sign, const Act& act) {
     for (std::size_t i = 0; i < 3; ++i) {

@@ -1,5 +1,5 @@
-// Tissue against tissue in the response `thesis` (§3.4.5): the printed exchange of velocities per triangle pair, and
-// the impulse along the contact normal that replaces it in `corrected`.
+// Tissue against tissue in the response `thesis` (§3.4.5): the printed exchange of velocities per triangle pair; in
+// `corrected` an impulse along the contact normal.
 #pragma once
 
 #include "contact/contact.hpp"
@@ -11,7 +11,7 @@ namespace trocar {
 /// Eq. 3.12-3.17 on the closest vertex pair, once per triangle pair: an even number of pairs cancels (METHODS §13, 15).
 void exchange(ThesisState& state, const Frame& frame, const Contact& contact);
 
-/// Corrected: impulse along the contact normal when closing, and a penalty of stiffness `k` (N/m) on what overlaps by
+/// Corrected: impulse along the contact normal when closing, and a penalty of stiffness `k` (N/m) on the overlap
 /// `depth` (m). `pushed` moves along `normal`, `other` against it.
 void bounce(ThesisState& state, const Frame& frame, const Vector3& normal, const ContactPoint& pushed,
             const ContactPoint& other, double depth, double k, ResponseOutput& output);

@@ -1,9 +1,7 @@
-// `unilateral`, our response: one set of unilateral constraints, which are the contacts of the generator as they come.
-// A constraint keeps two features apart while they are near and on the right side, and brings them back where they are
-// not: rims, folds, edges, resting, approaching and crossed are one case, a signed gap. The solver of the tissue's
-// integrator finds which of them press. No state is kept over ticks but the grasp's.
-//
-// `contact_offset` keeps features a small distance apart, so that the contact normal stays defined under load.
+// Response `unilateral`: every contact of the generator on tissue is one unilateral constraint on a signed gap. Rims,
+// folds, edges, resting, approaching and crossed features are one case. The solver of the tissue's stepper finds the
+// active constraints. Only the grasp keeps state between ticks. `contact_offset` keeps features a small distance apart,
+// so that the contact normal stays defined under load.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -60,9 +58,8 @@ private:
     [[nodiscard]] BodyKind kind(Index body) const { return topology_->bodies[at(body)].kind; }
     [[nodiscard]] bool grasps() const { return has_tissue_ && settings_.grasp; }
 
-    /// N/m, of all constraints on tissue. Far above the stiffest vertex, else the two would share the gap like springs
-    /// in a row. Where edges are long, a force that doubles one goes no deeper than a hundredth of what counts as
-    /// clear.
+    /// N/m, of all constraints on tissue. Far above the stiffest vertex, since constraint and tissue springs share the
+    /// gap in series. On long edges, a force that doubles one penetrates at most 1/100 of most_clear_depth.
     [[nodiscard]] double own_stiffness() const {
         constexpr double above_tissue = 5000.0;
         constexpr double of_clear = 0.01;
@@ -79,7 +76,7 @@ private:
         return stiffness;
     }
 
-    /// Body b is tissue: it is pushed along the normal, the other side takes the reaction.
+    /// Body b is tissue and is pushed along the normal; the other side takes the reaction.
     void hold_apart(const Frame& frame, const Contact& contact, ResponseOutput& output) const {
         const Vector3 velocity_a = contact.on_a.blend(frame.velocity);
         ContactForceLaw linear;
@@ -109,7 +106,7 @@ private:
         output.contacts.push_back(linear);
     }
 
-    /// What touches the jaws when they close is held by springs.
+    /// Springs hold the vertices that touch the jaws when these close.
     void hold_grasped(const Frame& frame, double dt, const ContactSet& contacts, ResponseOutput& output) {
         grasp_.update(*topology_, *materials_, frame, contacts);
         grasp_.hold_by_springs(*materials_, springs_, frame, dt, output);

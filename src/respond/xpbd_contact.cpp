@@ -1,7 +1,6 @@
-// Contacts of extended position-based dynamics (Macklin, Müller, Chentanez 2016): a contact is a constraint of
-// compliance 1/k without damping. What solves it is the stepper: `xpbd` takes each contact once in every small step,
-// as the authors do (Macklin et al. 2019), and it is meant for that one. Between bodies
-// without tissue it is `penalty`.
+// Contacts of extended position-based dynamics (Macklin, Müller, Chentanez 2016): constraints of compliance 1/k without
+// damping. Intended for the stepper `xpbd`, which projects each contact once in every small step (Macklin et al. 2019).
+// Between bodies without tissue it is `penalty`.
 #include <memory>
 
 #include "method/entry.hpp"
