@@ -52,7 +52,7 @@ const std::vector<CsvColumn>& columns() {
          [](const Row& r) { return whole(r.cell->spec.bodies); }},
         {"true_pairs", "1", "neither", "Median number of pairs that the exact oracle has",
          [](const Row& r) { return whole(r.cell->measurement.true_pairs); }},
-        {"method", "text", "neither", "Method with its parameters as the report names it",
+        {"label", "text", "neither", "Method with its parameters as the report names it",
          [](const Row& r) { return r.entry->label; }},
         {"outcome", "text", "neither", "ok, or how the method failed",
          [](const Row& r) { return std::string(trocar::name_of(r.entry->outcome.kind)); }},

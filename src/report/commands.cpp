@@ -48,7 +48,7 @@ std::string command_of(const Draft& draft, const Method& method, const std::vect
 
 bool names_method(const std::string& header) {
     return header.starts_with("detector") || header.starts_with("method") || header.starts_with("response") ||
-           header.starts_with("method") || header.starts_with("row");
+           header.starts_with("row");
 }
 
 }  // namespace

@@ -203,7 +203,7 @@ std::string hard_case_sentence(const Draft& draft) {
 
 Table hard_case_tally(const Draft& draft, bool responses) {
     constexpr std::size_t kinds = 5;
-    constexpr std::array<const char*, kinds> names{"miss", "false_positives", "NaN", "crash, throw", "other fault"};
+    constexpr std::array<const char*, kinds> names{"FN", "FP", "NaN", "crash, throw", "other fault"};
     struct Tally {
         int right = 0;
         int asked = 0;
@@ -224,8 +224,8 @@ Table hard_case_tally(const Draft& draft, bool responses) {
             continue;
         }
         const std::string& text = cell.text;
-        const std::size_t kind = text.starts_with("miss")                                 ? 0
-                                 : text.starts_with("false_positives")                    ? 1
+        const std::size_t kind = text.starts_with("FN")                                   ? 0
+                                 : text.starts_with("FP")                                 ? 1
                                  : text.starts_with("NaN")                                ? 2
                                  : text.starts_with("crash") || text.starts_with("throw") ? 3
                                                                                           : 4;

@@ -59,7 +59,7 @@ TEST_F(Baseline, WithoutKeptContactsACheckFails) {
     put(two_frames(0.5));
     const test::ProgramResult result = run("check", "--detector ohc --json");
     EXPECT_EQ(result.status, 1);
-    EXPECT_EQ(state(result), "false_negatives");
+    EXPECT_EQ(state(result), "missing");
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "baseline"));
 }
 
@@ -105,7 +105,7 @@ TEST_F(Baseline, OtherFramesAreJudgedByTruthAloneAndThatIsSaid) {
     EXPECT_EQ(state(result), "worse");
     EXPECT_EQ(Json::parse(result.out)["sources"][0]["frames"], "changed");
     const Json missed = answer(result)["worst"][0];
-    EXPECT_EQ(missed["what"], "proximity_false_negatives");
+    EXPECT_EQ(missed["what"], "missed");
     EXPECT_EQ(missed["tick"], 1);
     EXPECT_EQ(missed["bodies"], Json({"a", "b"}));
     EXPECT_EQ(missed["before"]["depth_m"], 0.25) << "what the coordinates report";
@@ -252,7 +252,7 @@ TEST_F(RecordedBaseline, ALostPairFails) {
     EXPECT_EQ(state(result), "changed");
     EXPECT_EQ(Json::parse(result.out)["sources"][0]["frames"], "same") << "contacts are no part of the frames";
     const Json found = answer(result);
-    EXPECT_EQ(found["difference"]["false_negatives"], 1);
+    EXPECT_EQ(found["difference"]["missing"], 1);
     EXPECT_EQ(found["truth"]["false_negatives"], 1);
     const Json& lost = found["worst"][0];
     EXPECT_EQ(lost["what"], "lost");
@@ -285,7 +285,7 @@ TEST_F(RecordedBaseline, AMovedPointATurnedNormalAnotherDepthAndAnExtraPairFail)
     found = change(contact(R"(,"point":[0.25,0.25,0],"normal":[0,0,-1])"));
     EXPECT_TRUE(found["difference"]["worst_depth_m"].is_null()) << "a depth that is no longer reported";
     found = change(whole, contact(""));
-    EXPECT_EQ(found["difference"]["false_positives"], 1);
+    EXPECT_EQ(found["difference"]["extra"], 1);
     EXPECT_EQ(found["worst"][0]["what"], "added");
     EXPECT_EQ(found["worst"][0]["tick"], 0);
     EXPECT_EQ(found["truth"]["false_positives"], 1) << "and truth knows that they are apart there";
@@ -304,7 +304,7 @@ TEST_F(RecordedBaseline, OnOtherFramesTruthAloneDecides) {
     result = run("check", "--json");
     EXPECT_EQ(result.status, 1);
     EXPECT_EQ(state(result), "worse");
-    EXPECT_EQ(answer(result)["worst"][0]["what"], "proximity_false_negatives");
+    EXPECT_EQ(answer(result)["worst"][0]["what"], "missed");
     put_with(whole, 0.25, contact(""));
     result = run("check", "--json");
     EXPECT_EQ(state(result), "worse");

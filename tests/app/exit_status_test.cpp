@@ -40,12 +40,12 @@ TEST_F(ExitStatus, DetectIsOneForADetectorThatClaimsToBeExactAndIsNot) {
     const std::string question = "detect " + a + " " + b + " --detector ";
     const ProgramResult loses = with_liars(question + "liar --truth");
     EXPECT_EQ(loses.status, 1);
-    EXPECT_NE(loses.err.find("liar claims exactness and differs from the oracle: 3 missing, 0 extra"),
+    EXPECT_NE(loses.err.find("liar claims exactness and differs from the oracle: 3 false negatives, 0 false positives"),
               std::string::npos)
         << loses.err;
     const ProgramResult invents = with_liars(question + "liar:invent=on --truth");
     EXPECT_EQ(invents.status, 1);
-    EXPECT_NE(invents.err.find("3 missing, 1 extra"), std::string::npos) << invents.err;
+    EXPECT_NE(invents.err.find("3 false negatives, 1 false positives"), std::string::npos) << invents.err;
     EXPECT_EQ(with_liars(question + "all").status, 1) << "one among all";
     EXPECT_EQ(with_liars(question + "liar").status, 0) << "nothing was compared";
     EXPECT_EQ(with_liars(question + "brute_force --truth").status, 0);
@@ -54,7 +54,7 @@ TEST_F(ExitStatus, DetectIsOneForADetectorThatClaimsToBeExactAndIsNot) {
     EXPECT_EQ(with_liars(apart + "liar").status, 0);
     const ProgramResult only_extra = with_liars(apart + "liar:invent=on");
     EXPECT_EQ(only_extra.status, 1);
-    EXPECT_NE(only_extra.err.find("0 missing, 1 extra"), std::string::npos) << only_extra.err;
+    EXPECT_NE(only_extra.err.find("0 false negatives, 1 false positives"), std::string::npos) << only_extra.err;
 }
 
 TEST_F(ExitStatus, ReplayIsOneForADetectorThatClaimsToBeExactAndIsNot) {
@@ -69,12 +69,13 @@ TEST_F(ExitStatus, ReplayIsOneForADetectorThatClaimsToBeExactAndIsNot) {
     const std::string question = "replay " + write("frames.trocrec", text.bytes()) + " --detector ";
     const ProgramResult loses = with_liars(question + "liar --truth");
     EXPECT_EQ(loses.status, 1);
-    EXPECT_NE(loses.err.find("liar claims exactness and differs from the oracle: 1 missing, 0 extra"),
+    EXPECT_NE(loses.err.find("liar claims exactness and differs from the oracle: 1 false negatives, 0 false positives"),
               std::string::npos)
         << loses.err;
     const ProgramResult invents = with_liars(question + "liar:invent=on --truth");
     EXPECT_EQ(invents.status, 1);
-    EXPECT_NE(invents.err.find("0 missing, 1 extra"), std::string::npos) << "right in the second frame " << invents.err;
+    EXPECT_NE(invents.err.find("0 false negatives, 1 false positives"), std::string::npos)
+        << "right in the second frame " << invents.err;
     EXPECT_EQ(with_liars(question + "all").status, 1) << "one among all";
     EXPECT_EQ(with_liars(question + "liar").status, 0) << "nothing was compared";
     EXPECT_EQ(with_liars(question + "brute_force --truth").status, 0);

@@ -58,7 +58,7 @@ TEST_F(RunCommand, SteppersAreNamedWhereTheyAreNotTheDefault) {
     EXPECT_NE(unknown.err.find("sleepy"), std::string::npos) << unknown.err;
     const Json list = Json::parse(run_program("list --json").out);
     ASSERT_EQ(list.at("steppers").size(), registry().steppers().size());
-    EXPECT_EQ(list.at("sources").size(), registry().contact_generators().size());
+    EXPECT_EQ(list.at("contact_generators").size(), registry().contact_generators().size());
     const Json& first = list.at("steppers").at(0);
     for (const char* taken :
          {"takes_contact_force_laws", "takes_solved_contacts", "takes_position_corrections", "takes_held_forces"})

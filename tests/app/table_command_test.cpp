@@ -14,12 +14,12 @@ TEST(TableCommand, PrintsEveryFormatFromAFolderOrItsRecords) {
     const std::string words = " --columns scene,response,residual_penetration_max_m:mm --where scene=i2t_poke";
     const test::ProgramResult markdown = test::run_program("table " + published + words);
     ASSERT_EQ(markdown.status, 0) << markdown.err;
-    EXPECT_TRUE(markdown.out.starts_with("| scene | response | residual max (mm) |\n")) << markdown.out;
+    EXPECT_TRUE(markdown.out.starts_with("| scene | response | residual penetration max (mm) |\n")) << markdown.out;
     EXPECT_EQ(test::run_program("table " + published + "/records.jsonl" + words).out, markdown.out);
     EXPECT_NE(test::run_program("table " + published + words + " --format tex").out.find("\\begin{tabular}"),
               std::string::npos);
     const test::ProgramResult csv = test::run_program("table " + published + words + " --format csv");
-    EXPECT_TRUE(csv.out.starts_with("scene,response,residual_max_mm\n")) << csv.out;
+    EXPECT_TRUE(csv.out.starts_with("scene,response,residual_penetration_max_mm\n")) << csv.out;
     EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n') + 1,
               std::count(markdown.out.begin(), markdown.out.end(), '\n'));
     const auto json = nlohmann::json::parse(test::run_program("table " + published + words + " --json").out);

@@ -165,9 +165,11 @@ TEST(BenchReport, RowsWithinQueryDistanceStandBesideTheirsForMeetingPairs) {
     const std::string text = to_markdown(make_report({again}).document);
     EXPECT_NE(text.find("| `ohc` | 100 | 200 | 2.00 [2.00, 2.00] | 6.00 [6.00, 6.00] | n/a |"), std::string::npos)
         << text;
-    EXPECT_NE(text.find("Reach 0.300 mm; 200 true pairs meet, 395 more are within the query distance. Not asked within "
-                        "the query distance, which they cannot: `fcl_bvh`."),
-              std::string::npos)
+    EXPECT_NE(
+        text.find(
+            "Query distance 0.300 mm; 200 true pairs meet, 395 more are within the query distance. Not asked within "
+            "the query distance, which they cannot: `fcl_bvh`."),
+        std::string::npos)
         << text;
 }
 

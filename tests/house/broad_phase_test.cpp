@@ -35,7 +35,7 @@ TEST(BroadPhase, IsInDetectorsAlone) {
     const std::filesystem::path source = std::filesystem::path(TROCAR_SOURCE_DIR) / "src";
     std::map<std::string, std::set<std::string>> found;
     int files = 0;
-    for (const char* folder : {"contact", "source", "respond", "tissue"}) {
+    for (const char* folder : {"contact", "contact_generation", "respond", "tissue"}) {
         for (const auto& entry : std::filesystem::recursive_directory_iterator(source / folder)) {
             const auto extension = entry.path().extension();
             if (extension != ".cpp" && extension != ".hpp") continue;

@@ -32,11 +32,11 @@ Record replay(const std::string& detector, int missed) {
 TEST(BetweenTicksSection, ReportsTheShareMissedBesideTheChanceOfOneLookPerTick) {
     const std::string report = test::whole(make_report({replay("searches", 3), replay("follows", 0)}));
     EXPECT_NE(report.find("## Between the ticks"), std::string::npos);
-    EXPECT_NE(report.find("| `looks` | 4 | 3 | 250 | 900 |"), std::string::npos) << "latencies in µs";
+    EXPECT_NE(report.find("| `searches` | 4 | 3 | 250 | 900 |"), std::string::npos) << "latencies in µs";
     EXPECT_NE(report.find("| `follows` | 4 | 0 |"), std::string::npos);
     // v·dt / thickness = 4: by chance 1 - 1/4 are missed.
     EXPECT_NE(report.find("| one sample per tick, by chance | 0.750 |"), std::string::npos);
-    EXPECT_NE(report.find("| `looks` | 0.750 |"), std::string::npos);
+    EXPECT_NE(report.find("| `searches` | 0.750 |"), std::string::npos);
     EXPECT_NE(report.find("| `follows` | 0 |"), std::string::npos);
     EXPECT_NE(report.find("charts/between_ticks_"), std::string::npos);
 }
@@ -48,7 +48,7 @@ TEST(BetweenTicksSection, WhoMissesContactsBetweenFramesDoesNotComeFirstForBeing
     const std::string& page = test::whole(report);
     EXPECT_NE(page.find("| `follows` | 0 of 4440 | 0 | 0 of 4 |"), std::string::npos) << page.substr(0, 2000);
     EXPECT_NE(page.find("| 1 | `follows` | 0 / 0 of 4440 | 0 of 4 |"), std::string::npos);
-    EXPECT_NE(page.find("| 2 | `looks` | 0 / 0 of 4440 | 3 of 4 |"), std::string::npos);
+    EXPECT_NE(page.find("| 2 | `searches` | 0 / 0 of 4440 | 3 of 4 |"), std::string::npos);
     EXPECT_NE(page.find("`follows` missed 0 and added 0 of 4440 pairs and missed 0 of 4 contacts between frames"),
               std::string::npos);
     EXPECT_NE(report.page_one.find("missed between frames"), std::string::npos);

@@ -33,7 +33,7 @@ TEST(HardCaseSection, EveryAnswerHasItsWord) {
                  hard_case("one", "c", OutcomeKind::not_finite), hard_case("one", "d", OutcomeKind::threw),
                  hard_case("one", "e", OutcomeKind::timed_out), hard_case("one", "f", OutcomeKind::crashed),
                  hard_case("one", "g", OutcomeKind::absent)});
-    EXPECT_NE(page.find("| made up: `one` | 2 pairs | ok | miss 1, extra 2 | NaN | throw | time-out | crash |\n"),
+    EXPECT_NE(page.find("| made up: `one` | 2 pairs | ok | FN 1, FP 2 | NaN | throw | time-out | crash |\n"),
               std::string::npos)
         << page;
     EXPECT_NE(page.find("| all: right |  | 1 of 1 | 0 of 1 | 0 of 1 | 0 of 1 | 0 of 1 | 0 of 1 |"), std::string::npos);
@@ -98,7 +98,7 @@ TEST(HardCaseSection, PageOneCountsCasesByTheirFirstFaultAndPutsMethodsThatCount
               std::string::npos)
         << page;
     std::vector<std::size_t> places;
-    for (const char* row : {"| detector | right of N | miss | extra | NaN | crash, throw | other fault |\n",
+    for (const char* row : {"| detector | right of N | FN | FP | NaN | crash, throw | other fault |\n",
                             "| `a` | 2 of 2 | 0 | 0 | 0 | 0 | 0 |\n", "| `b` | 1 of 2 | 1 | 0 | 0 | 0 | 0 |\n",
                             "| `c` | 0 of 2 | 0 | 1 | 1 | 0 | 0 |\n"}) {
         places.push_back(page.find(row));

@@ -15,8 +15,8 @@ namespace {
 
 using test::synthetic;
 
-/// Two scenes. hold: 0.2 and 0.5 mm in 300 µs; baseline: 1 and 2 mm in 600 µs; twin moves as baseline does, bit by bit;
-/// loser fails on b.
+/// Two scenes. unilateral: 0.2 and 0.5 mm in 300 µs; baseline: 1 and 2 mm in 600 µs; twin moves as baseline does, bit
+/// by bit; loser fails on b.
 std::vector<Record> four_responses() {
     std::vector<Record> records{
         synthetic(
@@ -86,14 +86,14 @@ TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
 
 TEST(PageOne, ASceneThatAResponseDidNotRunOnIsReported) {
     std::vector<Record> records = four_responses();
-    records.erase(records.begin() + 1);  // hold on b
+    records.erase(records.begin() + 1);  // unilateral on b
     const Draft draft(records);
     const std::vector<ResponseRow> rows = response_rows(draft);
-    const auto hold = std::find_if(rows.begin(), rows.end(), [](const ResponseRow& row) { return row.ours; });
-    ASSERT_NE(hold, rows.end());
-    EXPECT_NE(hold, rows.begin()) << "what ran on every scene stands first";
+    const auto ours = std::find_if(rows.begin(), rows.end(), [](const ResponseRow& row) { return row.ours; });
+    ASSERT_NE(ours, rows.end());
+    EXPECT_NE(ours, rows.begin()) << "what ran on every scene stands first";
     const Table table = responses_table(draft, rows);
-    EXPECT_EQ(table.rows.at(static_cast<std::size_t>(hold - rows.begin())).cells.back(), "0 of 1, 1 not run");
+    EXPECT_EQ(table.rows.at(static_cast<std::size_t>(ours - rows.begin())).cells.back(), "0 of 1, 1 not run");
 }
 
 TEST(PageOne, OfMoreThanTenRowsTheBestOfEveryResponseAreShownAndTheRestIsReported) {
@@ -337,7 +337,7 @@ TEST(WorstTick, StatesStandSideBySideEachUnderItsNameWithItsOwnMarks) {
     const std::vector<std::string> panels =
         found_in(picture, R"re(<clipPath id="worst-[0-9]"><rect x="([-0-9.]+)" y="[0-9.]+" width="([0-9.]+)")re");
     const std::vector<std::string> names =
-        found_in(picture, R"re(<text x="([-0-9.]+)" y="30.0" font-weight="600">hold<)re");
+        found_in(picture, R"re(<text x="([-0-9.]+)" y="30.0" font-weight="600">unilateral<)re");
     const std::vector<std::string> rings = found_in(picture, R"re(<circle cx="([-0-9.]+)")re");
     ASSERT_EQ(width.size(), 1U) << picture;
     ASSERT_EQ(panels.size(), 6U) << picture;

@@ -704,7 +704,7 @@ TEST(Report, ABlindDetectorSaysNothingOfWhatAResponseClears) {
         const std::size_t at = markdown.find("\n| poke | yes | ");
         return at == std::string::npos ? markdown : markdown.substr(at + 1, markdown.find('\n', at + 1) - at - 1);
     };
-    EXPECT_EQ(row(), "| poke | yes | not cleared (9.00 mm left) |");
+    EXPECT_EQ(row(), "| poke | yes | not cleared (9.00 mm residual) |");
     records[1].environment["detector.control"] = "yes";
     EXPECT_EQ(row(), "| poke | yes | cleared (4.00 mm at worst before) |");
 }
@@ -732,9 +732,9 @@ TEST(Report, WorkAndPrecisionMarksDominatedPoints) {
     EXPECT_NE(markdown.find(
                   "| poke | k | `mine + soft` at 100 N/m | 0.500 mm | 200 | `mine + soft` at 50 N/m | 2.00 mm | 100 |"),
               std::string::npos);
-    EXPECT_NE(
-        markdown.find("> On poke over `k`, least is left by `mine + soft` at 100 N/m (0.500 mm at worst, 200 µs per "),
-        std::string::npos);
+    EXPECT_NE(markdown.find("> On poke over `k`, the least residual penetration is that of `mine + soft` at 100 N/m "
+                            "(0.500 mm at worst, 200 µs per "),
+              std::string::npos);
     const std::string& chart = report.files.at("charts/work_precision_1.svg");
     EXPECT_NE(chart.find("mine + soft, k = 50 N/m: 100 µs, 2.00 mm"), std::string::npos);
     EXPECT_NE(chart.find("1 ms"), std::string::npos);
@@ -1113,7 +1113,7 @@ TEST(Report, PacedTicksAreHeldAgainstTheReferenceOnTheSameTicks) {
                                  paced("theirs", "proximity", 1200e3, 500e3)}));
     EXPECT_NE(markdown.find("| tick / update and detect of `theirs`, p50 |"), std::string::npos) << markdown;
     // 300 / (500 + 100), 1200 / (500 + 100); no such ticks of the reference.
-    for (const char* cells : {"`mine + push` by near |", "`theirs + push` by near |", "`mine + push` |"}) {
+    for (const char* cells : {"`mine + push` by proximity |", "`theirs + push` by proximity |", "`mine + push` |"}) {
         EXPECT_NE(markdown.find(cells), std::string::npos) << cells << markdown;
     }
     const auto cell_after = [&markdown](const std::string& row, const std::string& cell) {
@@ -1121,8 +1121,8 @@ TEST(Report, PacedTicksAreHeldAgainstTheReferenceOnTheSameTicks) {
         return at != std::string::npos &&
                markdown.substr(at, markdown.find('\n', at) - at).find(cell) != std::string::npos;
     };
-    EXPECT_TRUE(cell_after("`mine + push` by near |", "| 0.500 |")) << markdown;
-    EXPECT_TRUE(cell_after("`theirs + push` by near |", "| 2.00 |")) << markdown;
+    EXPECT_TRUE(cell_after("`mine + push` by proximity |", "| 0.500 |")) << markdown;
+    EXPECT_TRUE(cell_after("`theirs + push` by proximity |", "| 2.00 |")) << markdown;
     EXPECT_FALSE(cell_after("`mine + push` |", "| 1.50 |")) << "the reference never ran on these ticks";
     // A study of the clock alone has its answer on page 1.
     const std::string page =

@@ -51,12 +51,13 @@ TEST(TableChoice, RowsFitAllNamesAndAnyValueOfAName) {
     const std::vector<std::string> columns{"scene", "response", "response.k"};
     EXPECT_EQ(words_of(choose_table(records(), {columns, {"scene=poke", "response=push"}})), "poke push 200 / ");
     EXPECT_EQ(words_of(choose_table(records(), {columns, {"scene=poke", "response=push", "response=unilateral"}})),
-              "poke hold  / poke push 200 / ");
+              "poke push 200 / poke unilateral  / ");
     EXPECT_EQ(words_of(choose_table(records(), {columns, {"response=push:k=200"}})),
               "drag push 200 / poke push 200 / ");
     EXPECT_EQ(words_of(choose_table(records(), {{"scene", "mode"}, {"mode=replay"}})), "drag replay / poke replay / ");
     EXPECT_EQ(choose_table(records(), {{"scene"}, {"repetition=1"}}).rows.size(), 4U);
-    EXPECT_EQ(words_of(choose_table(records(), {columns, {"response!=hold"}})), "drag push 200 / poke push 200 / ");
+    EXPECT_EQ(words_of(choose_table(records(), {columns, {"response!=unilateral"}})),
+              "drag push 200 / poke push 200 / ");
     EXPECT_EQ(words_of(choose_table(records(), {columns, {"response.k!="}})), "drag push 200 / poke push 200 / ");
 }
 
@@ -64,19 +65,20 @@ TEST(TableChoice, RowsStandInTheOrderAskedForElseByTheColumnsShown) {
     std::vector<Record> list = records();
     for (Record& record : list) {
         const bool poke = record.spec.scene == "poke";
-        const bool hold = record.spec.response == "unilateral";
+        const bool ours = record.spec.response == "unilateral";
         record.summary["residual_penetration_max_m"] =
-            poke && hold ? std::nan("") : (poke ? 1.0 : 2.0) + (hold ? 0.5 : 0.0);
+            poke && ours ? std::nan("") : (poke ? 1.0 : 2.0) + (ours ? 0.5 : 0.0);
     }
     const std::vector<std::string> columns{"scene", "response"};
     const std::vector<std::string> where{"mode=closed_loop"};
-    EXPECT_EQ(words_of(choose_table(list, {columns, where})), "drag hold / drag push / poke hold / poke push / ");
+    EXPECT_EQ(words_of(choose_table(list, {columns, where})),
+              "drag push / drag unilateral / poke push / poke unilateral / ");
     EXPECT_EQ(words_of(choose_table(list, {columns, where, {"response", "scene:desc"}})),
-              "poke hold / drag hold / poke push / drag push / ");
+              "poke push / drag push / poke unilateral / drag unilateral / ");
     EXPECT_EQ(words_of(choose_table(list, {columns, where, {"residual_penetration_max_m"}})),
-              "poke push / drag push / drag hold / poke hold / ");
+              "poke push / drag push / drag unilateral / poke unilateral / ");
     EXPECT_EQ(words_of(choose_table(list, {columns, where, {"residual_penetration_max_m:desc"}})),
-              "drag hold / drag push / poke push / poke hold / ");
+              "drag unilateral / drag push / poke push / poke unilateral / ");
     EXPECT_NE(refusal({{}, {}, {"scene:down"}}).find("NAME:desc"), std::string::npos);
     EXPECT_NE(refusal({{}, {}, {"scenes"}}).find("scene"), std::string::npos);
 }
@@ -115,20 +117,21 @@ TEST(TableChoice, NumbersAreThoseOfTheRecordsInTheUnitThatIsNamed) {
     EXPECT_NEAR(table.rows[0][2].number, 250.0, 1e-9);
     EXPECT_NEAR(table.rows[0][3].number, 1e-6 * record.summary.at("total_median_ns"), 1e-15);
     EXPECT_EQ(table.rows[0][4].number, 1110.0);
-    EXPECT_EQ(table.columns[1].header, "residual max (mm)");
-    EXPECT_EQ(table.columns[1].name, "residual_max_mm");
+    EXPECT_EQ(table.columns[1].header, "residual penetration max (mm)");
+    EXPECT_EQ(table.columns[1].name, "residual_penetration_max_mm");
 }
 
 TEST(TableChoice, EveryFormatHasTheSameRows) {
     const ChosenTable table =
         choose_table(records(), {{"scene", "response", "residual_penetration_max_m:mm"}, {"scene=poke"}});
-    EXPECT_EQ(
-        table_as_markdown(table),
-        "| scene | response | residual max (mm) |\n|---|---|---:|\n| poke | hold | 0.250 |\n| poke | push | 0.250 |\n");
-    EXPECT_NE(table_as_latex(table).find("poke & hold & 0.250 \\\\"), std::string::npos) << table_as_latex(table);
+    EXPECT_EQ(table_as_markdown(table),
+              "| scene | response | residual penetration max (mm) |\n|---|---|---:|\n| poke | unilateral | 0.250 |\n| "
+              "poke | push | 0.250 |\n");
+    EXPECT_NE(table_as_latex(table).find("poke & unilateral & 0.250 \\\\"), std::string::npos) << table_as_latex(table);
     EXPECT_EQ(test::csv_rows(table_as_csv(table)),
-              (std::vector<std::vector<std::string>>{
-                  {"scene", "response", "residual_max_mm"}, {"poke", "unilateral", "0.25"}, {"poke", "push", "0.25"}}));
+              (std::vector<std::vector<std::string>>{{"scene", "response", "residual_penetration_max_mm"},
+                                                     {"poke", "unilateral", "0.25"},
+                                                     {"poke", "push", "0.25"}}));
 }
 
 TEST(TableChoice, WithoutColumnsItReportsWhoWhereAndHowMuch) {
@@ -139,19 +142,19 @@ TEST(TableChoice, WithoutColumnsItReportsWhoWhereAndHowMuch) {
     EXPECT_LE(names.size(), 8U);
     EXPECT_EQ(names[0], "scene");
     EXPECT_EQ(names[2], "response");
-    EXPECT_NE(std::find(names.begin(), names.end(), "residual_max_mm"), names.end());
+    EXPECT_NE(std::find(names.begin(), names.end(), "residual_penetration_max_mm"), names.end());
 }
 
 TEST(TableChoice, BadNamesGetOneLineThatListsNearOnes) {
-    EXPECT_NE(refusal({{"residual_mx_m"}, {}}).find("residual_penetration_max_m"), std::string::npos);
+    EXPECT_NE(refusal({{"residual_penetration_mx_m"}, {}}).find("residual_penetration_max_m"), std::string::npos);
     EXPECT_NE(refusal({{"scenes"}, {}}).find("scene"), std::string::npos);
-    EXPECT_NE(refusal({{}, {"respons=hold"}}).find("response"), std::string::npos);
+    EXPECT_NE(refusal({{}, {"respons=unilateral"}}).find("response"), std::string::npos);
     EXPECT_NE(refusal({{}, {"scene=poker"}}).find("poke"), std::string::npos);
     EXPECT_NE(refusal({{}, {"scene"}}).find("NAME=VALUE"), std::string::npos);
     EXPECT_NE(refusal({{"residual_penetration_max_m:ms"}, {}}).find("(m)"), std::string::npos);
     EXPECT_NE(refusal({{"scene:mm"}, {}}).find("scene"), std::string::npos);
     EXPECT_NE(refusal({{}, {"mode=replay", "response=unilateral"}}).find("all of these"), std::string::npos);
-    EXPECT_EQ(refusal({{"residual_mx_m"}, {}}).find('\n'), std::string::npos);
+    EXPECT_EQ(refusal({{"residual_penetration_mx_m"}, {}}).find('\n'), std::string::npos);
 }
 
 }  // namespace

@@ -561,8 +561,8 @@ TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndSources) {
         EXPECT_EQ(method_facts(study, run).at("study.ours"), "unilateral");
         EXPECT_EQ(method_facts(study, run).at("study.quotes"), "seen elsewhere");
     }
-    EXPECT_EQ(runs, (std::set<std::string>{"ohc unilateral tracked_proximity", "brute_force unilateral tracked_proximity",
-                                           "ohc penalty intersection"}));
+    EXPECT_EQ(runs, (std::set<std::string>{"ohc unilateral tracked_proximity",
+                                           "brute_force unilateral tracked_proximity", "ohc penalty intersection"}));
     const std::string head = R"({"format":"trocar-study-2","name":"s","closed_loop":{"scenes":["a.json"],)";
     EXPECT_NE(
         complaint(head + R"("detectors":["ohc"],"responses":[{"method":"penalty","detectors":["brute_force"]}]}})")
