@@ -71,7 +71,7 @@ tidy_is_clean() {
     else
         # What the last commit and the work tree changed, most lines first; headers are seen through the files that
         # include them. A sweep over all files is left to `full` beyond the first 60.
-        files=$( { git diff --numstat --diff-filter=d HEAD; git diff --numstat --diff-filter=d HEAD~1 HEAD; } 2>/dev/null |
+        files=$( { git diff --numstat --no-renames --diff-filter=d HEAD; git diff --numstat --no-renames --diff-filter=d HEAD~1 HEAD; } 2>/dev/null |
             sort -rn | awk '{print $3}' | grep -E '^(src|baselines)/.*\.cpp$' | awk '!seen[$0]++' | head -n 60 || true)
     fi
     [ -n "$files" ] || { echo "nothing changed"; return 0; }
