@@ -206,7 +206,7 @@ std::vector<Figure> figures_of(const FarFieldRun& run) {
             {"charts/" + name + "_force_error.svg", draw(error), "How far the force is from that of the whole tissue."},
             {"charts/" + name + "_places.svg", draw(places),
              "Largest error of a vertex's place, by distance from where the tool goes in."},
-            {"charts/" + name + "_ways.svg", draw(paths),
+            {"charts/" + name + "_distances.svg", draw(paths),
              "What there is to follow: furthest distance of a vertex from rest when the whole tissue moves. A "
              "membrane sinks with the logarithm of the distance, so that it is far from still where the tool is not."}};
 }
@@ -214,7 +214,7 @@ std::vector<Figure> figures_of(const FarFieldRun& run) {
 std::string csv_of(const std::vector<FarFieldRun>& runs) {
     std::string text = "triangles,stepper,whole,time_s,force_n,other_force_n,force_error_n";
     for (std::size_t band = 0; band < band_starts.size(); ++band) {
-        text += fmt::format(",way_{0:g}mm_m,error_{0:g}mm_m", in_mm * band_starts[band]);
+        text += fmt::format(",distance_{0:g}mm_m,error_{0:g}mm_m", in_mm * band_starts[band]);
     }
     text += ",advance_us,other_advance_us\n";
     constexpr std::size_t stride = 4;
