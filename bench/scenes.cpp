@@ -166,7 +166,7 @@ void write_positions(std::int64_t step, Index vertex_count, Place place, Frame& 
 }  // namespace
 
 std::string_view name_of(Variant variant) {
-    constexpr std::array<std::string_view, 7> names{"light", "deep", "proximity", "far", "rotating", "strain", "local"};
+    constexpr std::array<std::string_view, 7> names{"light", "deep", "near", "far", "rotating", "strain", "local"};
     return names.at(static_cast<std::size_t>(variant));
 }
 

@@ -207,8 +207,8 @@ std::string milliseconds(const std::optional<std::int64_t>& ns) {
 
 void print_table(const Verdict& verdict) {
     constexpr const char* row = "{:<24} {:<12} {:>9} {:>7} {:>8} {:>7} {:>10} {:>10}  {}\n";
-    fmt::print(fmt::runtime(row), "detector", "outcome", "pairs", "touch", "false_negatives", "false_positives",
-               "update ms", "detect ms", "message");
+    fmt::print(fmt::runtime(row), "detector", "outcome", "pairs", "touch", "FN", "FP", "update ms", "detect ms",
+               "message");
     if (verdict.truth) {
         fmt::print(fmt::runtime(row), "exact oracle", "ok", verdict.truth->size(),
                    touch_positions(*verdict.truth, verdict.touch).size(), "-", "-", "-", "-", "truth");

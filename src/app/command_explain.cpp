@@ -392,15 +392,15 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
     fmt::print("scene {} at tick {} ({:g} s), driven there by {} + {}\n", scene.name, frame.tick, frame.time,
                leader.text(), response.text());
     fmt::print("truth: {} pairs, {} of them only touch\n\n", truth.size(), touches.size());
-    fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", "detector", "outcome", "pairs", "false_negatives",
-               "false_positives", "native contacts");
+    fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", "detector", "outcome", "pairs", "FN", "FP",
+               "native contacts");
     for (const ExplainedAnswer& answer : answers) {
         fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", answer.name, name_of(answer.contacts.outcome.kind),
                    answer.contacts.pairs.size(), answer.false_negatives.size(), answer.false_positives.size(),
                    answer.contacts.native.size());
         if (!answer.contacts.outcome.ok()) fmt::print("    {}\n", answer.contacts.outcome.message);
-        print_pairs("false_negatives", answer.false_negatives, names);
-        print_pairs("false_positives", answer.false_positives, names);
+        print_pairs("false negatives", answer.false_negatives, names);
+        print_pairs("false positives", answer.false_positives, names);
     }
     if (facts.empty() && !truth.empty()) {
         fmt::print("\nLook at a pair with --pair {}:{},{}:{}\n", names.body_name(names.body_of(truth.front().a)),

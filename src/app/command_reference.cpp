@@ -25,7 +25,7 @@ const char* word_of(ReferenceState state) {
         case ReferenceState::stale:
             return "stale";
         default:
-            return "false_negatives";
+            return "missing";
     }
 }
 

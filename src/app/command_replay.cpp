@@ -292,8 +292,8 @@ void print_table(const RecordingReader& recording, const std::vector<DetectorAns
     fmt::print("{} frames of {} triangles in {} bodies, hash {:016x}\n", recording.frame_count(),
                recording.topology().triangle_count(), recording.topology().body_count(), recording.hash());
     constexpr const char* row = "{:<24} {:<12} {:>7} {:>10} {:>8} {:>8} {:>8} {:>11} {:>11}  {}\n";
-    fmt::print(fmt::runtime(row), "detector", "outcome", "frames", "pairs", "touch", "false_negatives",
-               "false_positives", "update ms", "detect ms", "message");
+    fmt::print(fmt::runtime(row), "detector", "outcome", "frames", "pairs", "touch", "FN", "FP", "update ms",
+               "detect ms", "message");
     if (truth != nullptr) {
         std::size_t pairs = 0;
         std::size_t touch = 0;

@@ -164,8 +164,9 @@ void print_text(const Scene& scene, const Record& record) {
                plain("pairs_max"), plain("true_pairs"), plain("false_negatives"), plain("false_positives"));
     fmt::print("depth      error of contacts: median {}, worst {}\n", mm("depth_error_median_m"),
                mm("depth_error_max_m"));
-    fmt::print("residual   penetration after a tick: median {}, largest {}; at the end {}\n", mm("residual_penetration_median_m"),
-               mm("residual_penetration_max_m"), mm("residual_penetration_final_m"));
+    fmt::print("residual   penetration after a tick: median {}, largest {}; at the end {}\n",
+               mm("residual_penetration_median_m"), mm("residual_penetration_max_m"),
+               mm("residual_penetration_final_m"));
     if (record.summary.at("passed_through") >= 0.0) {
         fmt::print("passed     a body was driven through another {} times\n", plain("passed_through"));
     }

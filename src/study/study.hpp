@@ -106,7 +106,7 @@ struct AblationPart {
 };
 
 /// Name of the switch that changes the contact generator and is no parameter.
-inline constexpr const char* generator_switch = "source";
+inline constexpr const char* generator_switch = "contact_generator";
 
 /// Methods on scenes, each response with its default contact generator. The members of Study state how detectors and
 /// responses combine.

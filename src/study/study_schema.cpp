@@ -81,7 +81,7 @@ std::string study_schema() {
         "switches": {"type": "array", "minItems": 1, "items": {
           "type": "object", "additionalProperties": false, "required": ["parameter", "to"],
           "properties": {
-            "parameter": {"type": "string", "description": "Of trocar list, or 'source': the contact generator"},
+            "parameter": {"type": "string", "description": "Of trocar list, or 'contact_generator'"},
             "from": {"type": "string", "description": "What 'from' stands for; absent: an option, which neither setting turns on and which is turned on in both"},
             "to": {"type": "string", "description": "What 'to' stands for, or the option's value"},
             "with": {"type": "string", "description": "key=value,... set in both settings while this switch is turned: what it needs to act"},

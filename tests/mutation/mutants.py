@@ -31,7 +31,7 @@ TESTS_OF = {
     "src/detect": ["detect", "contract"],
     "src/respond": ["respond", "contract"],
     "src/tissue": ["tissue", "contract"],
-    "src/contact_generation": ["source", "simulate"],
+    "src/contact_generation": ["contact_generation", "simulate"],
     "src/web": ["report", "view"],
     "src/trocar": ["house"],
 }

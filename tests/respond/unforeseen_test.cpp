@@ -199,12 +199,12 @@ TEST(UnilateralRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueC
         const auto drag = [](double from, double to, double t) {
             return from + (to - from) * std::clamp((t - 0.1) / 0.5, 0.0, 1.0);
         };
-        const Travel paths[] = {
+        const Travel travels[] = {
             {"out", [&](double t) { return Vector3(drag(0.015, 0.045, t), 0.0007, std::max(0.005 - 0.1 * t, down)); },
              600},
             {"on it", [&](double t) { return Vector3(0.0302, 0.0007, std::max(0.005 - 0.05 * t, down)); }, 160},
             {"in", [&](double t) { return Vector3(drag(0.05, 0.02, t), 0.0007, down); }, 600}};
-        for (const Travel& path : paths) {
+        for (const Travel& path : travels) {
             ClosedLoop loop = loop_of(make_shaft(0.004, 0.05, 10, 0.003), path.offset, make_sheet(12, 0.005));
             const Course course = run(loop, path.last_key + 200);
             EXPECT_GT(course.ruptures, 0) << path.name;

@@ -581,15 +581,15 @@ TEST_F(StudyFile, AnAblationOfOneSettingTurnsItsOptionsAndItsSource) {
     const std::string head = R"({"format":"trocar-study-2","name":"s","ablation":{"scenes":["a.json"],
         "detector":"ohc","from":"unilateral","switches":[)";
     const Study study =
-        read(head + R"({"parameter":"source","to":"proximity"},{"parameter":"contact_offset","to":"0.05"}]}})");
+        read(head + R"({"parameter":"contact_generator","to":"proximity"},{"parameter":"contact_offset","to":"0.05"}]}})");
     std::map<std::string, std::pair<std::string, std::string>> runs;  // by knob: response and source
     for (const PlannedRun& run : make_plan(study)) runs[run.spec.knob] = {run.spec.response, run.spec.contacts};
     ASSERT_EQ(runs.size(), 3U);
     EXPECT_EQ(runs.at(""), (std::pair<std::string, std::string>("unilateral", "tracked_proximity")));
-    EXPECT_EQ(runs.at("source"), (std::pair<std::string, std::string>("unilateral", "proximity")));
+    EXPECT_EQ(runs.at("contact_generator"), (std::pair<std::string, std::string>("unilateral", "proximity")));
     EXPECT_EQ(runs.at("contact_offset"),
               (std::pair<std::string, std::string>("unilateral:contact_offset=0.05", "tracked_proximity")));
-    EXPECT_NE(complaint(head + R"({"parameter":"source","to":"nobody"}]}})").find("/ablation/switches/0/to"),
+    EXPECT_NE(complaint(head + R"({"parameter":"contact_generator","to":"nobody"}]}})").find("/ablation/switches/0/to"),
               std::string::npos);
     EXPECT_NE(
         complaint(head + R"({"parameter":"contact_offset","from":"0.001","to":"0.05"}]}})").find("/switches/0/from"),
