@@ -76,7 +76,7 @@ struct Wanted {
     double factor = 1.0;
 };
 
-/// The name without the unit at its end: "residual_max" of "residual_penetration_max_m".
+/// The name without the unit at its end: "residual_penetration_max" of "residual_penetration_max_m".
 std::string stem_of(const RunColumn& column) {
     std::string name = column.name;
     std::string ending = "_";

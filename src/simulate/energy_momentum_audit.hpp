@@ -44,7 +44,8 @@ public:
     /// corrections and held forces.
     [[nodiscard]] double absolute_work() const { return absolute_work_; }
 
-    /// The book_… figures; NaN where nothing is audited.
+    /// The figures energy_residual_…, momentum_residual_…, dissipated_energy_j, limiter_energy_j and absolute_work_j;
+    /// NaN where nothing is audited.
     [[nodiscard]] std::map<std::string, double> figures() const;
 
 private:

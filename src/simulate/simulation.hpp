@@ -65,7 +65,7 @@ public:
     /// Contact load on every body, mean over the last tick; bodies of one operator share their sum.
     [[nodiscard]] const std::vector<Wrench>& body_loads() const;
     [[nodiscard]] const Outcome& outcome() const;
-    /// The book_… figures of the run so far; empty without the audit.
+    /// The audit figures of the run so far; empty without the audit.
     [[nodiscard]] std::map<std::string, double> audit_figures() const;
     /// Response::values_in_force of the run's response.
     [[nodiscard]] std::map<std::string, double> values_in_force() const;

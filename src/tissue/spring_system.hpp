@@ -1,5 +1,5 @@
 // Linear system of a linearly implicit Euler step over h (Baraff and Witkin 1998, eq. 6) for the springs of thesis
-// eq. 3.1: A dv = b with A = M + h (C + D) + h² K. C holds the dampers, D the drag and K the spring stiffness. All are
+// eq. 3.1: `A dv = b`, `A = M + h (C + D) + h² K`. C holds the dampers, D the drag and K the spring stiffness. All are
 // linearised at the start of the step. K's transverse part (tension over length) is clamped at 0, so that A is always
 // positive definite.
 #pragma once

@@ -682,10 +682,10 @@ TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreReportedOnce) 
                       "(intersection)` | `tearing (intersection)` |"),
         std::string::npos)
         << markdown;
-    EXPECT_NE(
-        markdown.find("| poke | no | not cleared (3.00 mm left) | cleared (4.00 mm at worst before) | rupture reported "
-                      "(2.00 mm left) |"),
-        std::string::npos);
+    EXPECT_NE(markdown.find(
+                  "| poke | no | not cleared (3.00 mm residual) | cleared (4.00 mm at worst before) | rupture reported "
+                  "(2.00 mm residual) |"),
+              std::string::npos);
     EXPECT_NE(markdown.find("| I2T | poke | `mine + tearing (intersection)`, moving alike: `twin` | 2.00 | no | 3 |"),
               std::string::npos);
     EXPECT_EQ(markdown.find("| I2T | poke | `twin"), std::string::npos);

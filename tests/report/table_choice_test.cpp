@@ -125,13 +125,13 @@ TEST(TableChoice, EveryFormatHasTheSameRows) {
     const ChosenTable table =
         choose_table(records(), {{"scene", "response", "residual_penetration_max_m:mm"}, {"scene=poke"}});
     EXPECT_EQ(table_as_markdown(table),
-              "| scene | response | residual penetration max (mm) |\n|---|---|---:|\n| poke | unilateral | 0.250 |\n| "
-              "poke | push | 0.250 |\n");
+              "| scene | response | residual penetration max (mm) |\n|---|---|---:|\n| poke | push | 0.250 |\n| "
+              "poke | unilateral | 0.250 |\n");
     EXPECT_NE(table_as_latex(table).find("poke & unilateral & 0.250 \\\\"), std::string::npos) << table_as_latex(table);
     EXPECT_EQ(test::csv_rows(table_as_csv(table)),
               (std::vector<std::vector<std::string>>{{"scene", "response", "residual_penetration_max_mm"},
-                                                     {"poke", "unilateral", "0.25"},
-                                                     {"poke", "push", "0.25"}}));
+                                                     {"poke", "push", "0.25"},
+                                                     {"poke", "unilateral", "0.25"}}));
 }
 
 TEST(TableChoice, WithoutColumnsItReportsWhoWhereAndHowMuch) {

@@ -549,7 +549,7 @@ std::vector<Setting> settings() {
         {"n_back", "thesis", "1", "how far back surfaces attract the tool", attraction},
         {"l_max", "thesis", "0.0005", "how far back surfaces attract the tool", attraction},
         {"contacts", "thesis", "explicit", "the tissue after a stab", stabbed(12, tissue_height)},
-        {"contacts", "thesis", "unilateral", "the tissue after a stab", stabbed(12, tissue_height)},
+        {"contacts", "thesis", "zero_order_hold", "the tissue after a stab", stabbed(12, tissue_height)},
     };
 }
 

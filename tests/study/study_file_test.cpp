@@ -580,8 +580,8 @@ TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndSources) {
 TEST_F(StudyFile, AnAblationOfOneSettingTurnsItsOptionsAndItsSource) {
     const std::string head = R"({"format":"trocar-study-2","name":"s","ablation":{"scenes":["a.json"],
         "detector":"ohc","from":"unilateral","switches":[)";
-    const Study study =
-        read(head + R"({"parameter":"contact_generator","to":"proximity"},{"parameter":"contact_offset","to":"0.05"}]}})");
+    const Study study = read(
+        head + R"({"parameter":"contact_generator","to":"proximity"},{"parameter":"contact_offset","to":"0.05"}]}})");
     std::map<std::string, std::pair<std::string, std::string>> runs;  // by knob: response and source
     for (const PlannedRun& run : make_plan(study)) runs[run.spec.knob] = {run.spec.response, run.spec.contacts};
     ASSERT_EQ(runs.size(), 3U);
