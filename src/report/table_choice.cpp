@@ -76,7 +76,7 @@ struct Wanted {
     double factor = 1.0;
 };
 
-/// The name without the unit at its end: "residual_max" of "residual_penetration_max_m".
+/// The name without the unit at its end: "residual_penetration_max" of "residual_penetration_max_m".
 std::string stem_of(const RunColumn& column) {
     std::string name = column.name;
     std::string ending = "_";
@@ -241,7 +241,7 @@ private:
         });
     }
 
-    /// Rows whose words are the same report different runs: names the columns that would report them apart.
+    /// Rows with the same words stand for different runs: names the columns that would distinguish them.
     void report_twins(const std::vector<Wanted>& shown, std::vector<std::string>& notes) const {
         std::map<std::string, std::size_t> first_of;
         std::vector<std::string> differing;

@@ -582,7 +582,7 @@ TEST_F(StudyFile, AnAblationOfOneSettingTurnsItsOptionsAndItsSource) {
         "detector":"ohc","from":"unilateral","switches":[)";
     const Study study =
         read(head + R"({"parameter":"source","to":"proximity"},{"parameter":"contact_offset","to":"0.05"}]}})");
-    std::map<std::string, std::pair<std::string, std::string>> runs;  // by knob: response and source
+    std::map<std::string, std::pair<std::string, std::string>> runs;  // by knob: response and contact generator
     for (const PlannedRun& run : make_plan(study)) runs[run.spec.knob] = {run.spec.response, run.spec.contacts};
     ASSERT_EQ(runs.size(), 3U);
     EXPECT_EQ(runs.at(""), (std::pair<std::string, std::string>("unilateral", "tracked_proximity")));
@@ -687,7 +687,7 @@ TEST_F(StudyFile, ASwitchMayNeedSomethingElseToBeSet) {
     EXPECT_NE(complaint(bad).find("/ablation/switches/0/with"), std::string::npos) << complaint(bad);
 }
 
-/// Names that an ablation of the project turns, and those that the list reports for its response.
+/// Names that an ablation of the project turns, and those that the list has for its response.
 std::pair<std::set<std::string>, std::set<std::string>> turned_and_declared(const std::string& file,
                                                                             const std::string& response) {
     const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / file);
