@@ -23,8 +23,7 @@
 //                      first frame nearest to the current ones (Kabsch 1976, by SVD). Where a vertex ends further off
 //                      than 1e-9 of the body's extent the body is not rigid, and the tick is outcome `unsupported`. A
 //                      tissue that does not move counts as rigid.
-//  motion              (rigid bodies) linear (straight path of the centre, constant axis of rotation), where the
-//  default
+//  motion              (rigid bodies) linear (straight path of the centre, constant axis of rotation); the default
 //                      takes the translation alone. `screw` is offered; without rotation the library's moves by the
 //                      square of the path.
 //  toc_err             1e-4 of the tick, the default. iterations: 10, the default.

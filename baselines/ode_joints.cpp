@@ -18,8 +18,8 @@
 //          either, since no other response has any.
 // Random   QuickStep shuffles its rows: dRandSetSeed each time the world is set anew.
 // Without tissue both instruments are particles of `device_mass`, moved by their scripts' velocity; the operator's
-//          force is unknown to a response, which makes a pressed contact softer by the factor 1 / (1 + h (h k + mu) /
-//          m). Between an instrument and a rigid body or instrument the wrench is held over the tick.
+//          force is unknown to a response, so a pressed contact is softer by 1 / (1 + h (h k + mu) / m).
+//          Between an instrument and a rigid body or instrument the wrench is held over the tick.
 // A joint between two bodies that cannot move (a pinned vertex and a tool) has no solution in ODE and is left out.
 #include <fmt/format.h>
 #include <ode/ode.h>
