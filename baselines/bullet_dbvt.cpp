@@ -8,8 +8,7 @@
 // * optimizeTopDown once after the build: the best tree the library makes by itself.
 // * Debian's build "bullet" stores float boxes; they are rounded outward, so that nothing is missed.
 // * within a query distance every box has half of it added on all sides, in both trees; bodies at rest are followed
-// when the
-//   query distance changes.
+//   when the query distance changes.
 #include <BulletCollision/BroadphaseCollision/btDbvt.h>
 #include <LinearMath/btScalar.h>
 

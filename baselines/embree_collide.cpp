@@ -2,15 +2,13 @@
 //
 // Settings, and where they depart from the library's default:
 // * device "threads=1": every method runs on one thread (default: all cores).
-// * geometry build quality REFIT and scene flag DYNAMIC: the tree is refitted to the moved vertices each tick instead
-// of
-//   being rebuilt (default: MEDIUM, static). The scene's own quality is LOW, which makes one tree per geometry, the
-//   only kind that Embree refits; the geometry's tree is built once by the surface area heuristic.
+// * geometry build quality REFIT and scene flag DYNAMIC: the tree is refitted to the moved vertices each tick
+//   instead of being rebuilt (default: MEDIUM, static). The scene's own quality is LOW, which makes one tree per
+//   geometry, the only kind that Embree refits; the geometry's tree is built once by the surface area heuristic.
 // * update=rebuild builds a tree of `quality` each tick: low (Morton codes) or medium (surface area heuristic).
 // * boxes are rounded outward to float: Embree stores float boxes, and nothing may be missed.
 // * within a query distance every box has half of it added on all sides, in both scenes; bodies at rest are followed
-// when the
-//   query distance changes.
+//   when the query distance changes.
 // * leaf=cluster puts runs of `cluster_size` consecutive triangles into one primitive, the hybrid a sceptic asks for.
 // * Embree takes subnormal numbers for zero while it runs; in its callback they count again, or our test would err.
 // * coordinates beyond 1.8e18 make the tick `unsupported`: Embree leaves such boxes out without a word.

@@ -27,19 +27,18 @@ public:
     }
 
     // Once per tick: says in `output` what shall happen and does nothing itself. What is owed:
-    //   - `contacts.contacts` is all there is to know of what touches. Without contacts there is no effect, whatever
-    //   the
-    //     frame resembles: a response that searches for itself would hide what a detector has missed.
-    //   - The same contacts give the same effect to the bit, in another order the same but for rounding.
+    //   - `contacts.contacts` is all there is to know of what touches. Without contacts there is no output, whatever
+    //     the frame shows: a response that searches for itself would hide what a detector has missed.
+    //   - The same contacts give the same output to the bit, in another order the same but for rounding.
     //   - Never throw, never ask for memory after the first ticks (the lists of `output` keep theirs), leave frame and
     //     contacts alone. What is written must be finite, vertices must exist, weights sum to 1, normals be of
     //     length 1. A response that breaks this ends the run by name, `threw` or `not_finite`.
-    // `contact_forces` says what each contact of the last effect gave; this law does not ask.
+    // `contact_forces` says what each contact of the last output gave; this law does not ask.
     void respond(const Frame& frame, double /*dt*/, const ContactSet& contacts,
                  std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();  // it holds the last tick's
         for (const Contact& contact : contacts.contacts) {
-            // What a source could not report is NaN or -1 (touching and coplanar triangles have no direction).
+            // What a generator could not determine is NaN or -1 (touching and coplanar triangles have no direction).
             if (!std::isfinite(contact.gap) || !contact.normal.allFinite()) {
                 output.skip(SkipReason::no_direction);
                 continue;
@@ -112,10 +111,10 @@ ResponseEntry example_response() {
     ResponseEntry entry;
     entry.name = "example";
     entry.own = true;
-    // The sources that it can work from, its default first (docs/CONTACT.md, section 2). This law takes each contact as
-    // it comes, so that it wants the source whose contacts are features along one line, each once, whatever the order
-    // of the triangles: on `proximity` and `intersection` a law first has to choose among contacts, as penalty.cpp
-    // does.
+    // The contact generators that it can work from, its default first (docs/CONTACT.md, section 2). This law takes each
+    // contact as it comes, so that it wants the generator whose contacts are features along one line, each once,
+    // whatever the order of the triangles: on `proximity` and `intersection` a law first has to choose among contacts,
+    // as penalty.cpp does.
     entry.contact_generators = {"tracked_proximity"};
     entry.parameters = {
         {.name = "k",

@@ -17,7 +17,7 @@
 //                     has no points, such as triangles without area.
 //  enable_cost        off, as by default: it would disable the early exit.
 //  result             cleared per body pair, as it accumulates.
-//  reach              above 0 the same traversal, in which volumes part where the library's distance between them is
+//  query distance     above 0 the same traversal, in which volumes part where the library's distance between them is
 //                     larger; what its triangle test leaves is held against the query distance by trocar's leaf. FCL
 //                     0.7 has no distance of OBB and KDOP ("not implemented"): unsupported.
 // Native contacts: up to two per triangle pair; position = a vertex, depth = that vertex' distance below the other

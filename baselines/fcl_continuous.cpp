@@ -4,19 +4,18 @@
 // Settings, and where they depart from the library's defaults:
 //  solver=polynomial   the default, and the only one that takes deforming meshes and reports triangles: trees of boxes
 //                      around both frames (beginUpdateModel, bottom-up refit) and cubic vertex-face and edge-edge tests
-//                      along straight ways. continuousCollide would take translations only, copy all vertices, and
+//                      along straight paths. continuousCollide would take translations only, copy all vertices, and
 //                      stop at the first pair that it comes across (num_max_contacts 1), whose time is not the
 //                      first: so its traversal node is driven directly, with unlimited contacts.
 //  solver=advancement  rigid bodies: conservative advancement with the library's traversal of oriented RSS trees,
 //                      driven directly. continuousCollide has that traversal and never chooses it, see `conservative`.
 //                      Of the volumes only RSS bound how far a pruned part of the body gets: the bound of OBBRSS is 0,
 //                      and contacts are stepped over.
-//  solver=conservative rigid bodies: what continuousCollide does when asked for conservative advancement. Reported
-//  almost
-//                      no contact of two meshes, for three reasons in its code: poses are applied to the copy of the
-//                      vertices that the step before had moved already; the speed of the second body along the normal
-//                      is counted with the first one's sign; and once two triangles meet, the normal is zero and so is
-//                      the speed, so that the whole tick is stepped over. toc_err is ignored there (1e-5).
+//  solver=conservative rigid bodies: what continuousCollide does when asked for conservative advancement. It reports
+//                      almost no contact of two meshes, for three reasons in its code: poses are applied to the copy of
+//                      the vertices that the step before had moved already; the speed of the second body along the
+//                      normal is counted with the first one's sign; and once two triangles meet, the normal is zero and
+//                      so is the speed, so that the whole tick is stepped over. toc_err is ignored there (1e-5).
 //  solver=naive        rigid bodies, the library's default: tries poses at `iterations` moments, first and last
 //                      included, so a contact between two of them is missed and the time is late by up to one step.
 //                      Ray shooting, the fifth solver, has no meshes.
@@ -24,9 +23,9 @@
 //                      first frame nearest to the current ones (Kabsch 1976, by SVD). Where a vertex ends further off
 //                      than 1e-9 of the body's extent the body is not rigid, and the tick is outcome `unsupported`. A
 //                      tissue that does not move counts as rigid.
-//  motion              (rigid bodies) linear (straight way of the centre, constant axis of rotation), where the default
+//  motion              (rigid bodies) linear (straight path of the centre, constant axis of rotation); the default
 //                      takes the translation alone. `screw` is offered; without rotation the library's moves by the
-//                      square of the way.
+//                      square of the path.
 //  toc_err             1e-4 of the tick, the default. iterations: 10, the default.
 //  scale               (polynomial) millimetres: the tests compare fourth powers of lengths with 1e-5, so that in
 //                      metres no two edges of a millimetre mesh ever meet.
@@ -156,7 +155,7 @@ private:
             }
         }
         contacts.sort_pairs();
-        // Only what begins on the way counts.
+        // Only what begins within the tick counts.
         const auto less = [](const TrianglePair& x, const TrianglePair& y) {
             return x.a != y.a ? x.a < y.a : x.b < y.b;
         };
@@ -264,7 +263,7 @@ private:
             const bool moved =
                 now_[first].matrix() != before_[first].matrix() || now_[second].matrix() != before_[second].matrix();
             if (!moved) continue;
-            // Only what begins on the way counts.
+            // Only what begins within the tick counts.
             fcl::CollisionResultd start;
             fcl::collide(models_[first].get(), before_[first], models_[second].get(), before_[second], any, start);
             if (start.isCollision()) continue;

@@ -7,7 +7,7 @@
 // Tool     a joint with the static world whose wanted speed is that of the instrument's surface there.
 // Contacts are reduced first, one per vertex and other body, as for every response: N joints would add up to N k.
 //          A contact joint has two bodies, so a contact inside a face is three joints (for two tissues up to nine) with
-//          k and mu times the barycentric weights, each working on the way of its own node; points=vertex loads the
+//          k and mu times the barycentric weights, each working on the path of its own node; points=vertex loads the
 //          heaviest vertex alone. Stiff ones hold a face's corners and not the point in it, and show more force: with
 //          k=1e7 2.25 N on i2t_stab, where one spring per contact shows 1.79.
 // Law      setting=penalty: soft ERP = h k / (h k + mu) and soft CFM = 1 / (h k + mu) make the joint a spring and
@@ -18,8 +18,7 @@
 //          either, since no other response has any.
 // Random   QuickStep shuffles its rows: dRandSetSeed each time the world is set anew.
 // Without tissue both instruments are particles of `device_mass`, moved by their scripts' velocity; the operator's
-// force is
-//          unknown to a response, which makes a pressed contact softer by the factor 1 / (1 + h (h k + mu) / m).
+//          force is unknown to a response, so a pressed contact is softer by 1 / (1 + h (h k + mu) / m).
 //          Between an instrument and a rigid body or instrument the wrench is held over the tick.
 // A joint between two bodies that cannot move (a pinned vertex and a tool) has no solution in ODE and is left out.
 #include <fmt/format.h>
@@ -124,8 +123,8 @@ private:
     std::size_t used_ = 0;
 };
 
-/// Never destroyed, and still named by somebody: what checks for leaks reports what nobody can find any more. It looks
-/// when all that is static has been destroyed, so the list that names them stays, too.
+/// Keeps a world that is never destroyed. Leak checkers report unreachable memory after static objects are destroyed,
+/// so the list is never destroyed either.
 void abandon(World* world) {
     static auto* const worlds = new std::vector<World*>;  // NOLINT(cppcoreguidelines-owning-memory): never given back
     worlds->push_back(world);

@@ -15,8 +15,8 @@
 //   grows until that holds. The textbook layout, and what the thesis calls inefficient.
 // * lists are filled by counting, then writing, into one array, which keeps its memory from tick to tick.
 // * a bucket with triangles of one body only is left at once.
-// * within a query distance every box has half of it added on all sides, before it is put into cells and in every box
-// test.
+// * within a query distance every box has half of it added on all sides, before it is put into cells and in every
+//   box test.
 // * a triangle over more cells than a quarter of the scene's triangles is tested against all others instead.
 //
 // No pair is missed: cell numbers are monotone in the coordinate, so overlapping boxes share a cell; the pair counts in

@@ -156,8 +156,8 @@ std::vector<Method> methods_of(const CellSpec& spec, std::int64_t triangles, dou
     return list;
 }
 
-/// The query distance that a closed loop would report on these frames (CONTACT §2): a tenth of the smallest mean
-/// edge of the moving bodies, and what a vertex goes in a step, rounded up to the tenth times a power of two.
+/// The query distance that a closed loop would use on these frames (CONTACT §2): a tenth of the smallest mean edge of
+/// the moving bodies, and what a vertex goes in a step, rounded up to the tenth times a power of two.
 double closed_loop_query_distance(const ContactScene& scene) {
     const Topology& topology = scene.topology();
     Frame frame;

@@ -136,8 +136,8 @@ std::vector<MicroResult> run_micro(bool quick, std::vector<Missing>& /*missing*/
             state.counters["items"] = static_cast<double>(contacts.pairs.size());
         });
     }
-    // Per class and case; back-projection (§3.4.5) examines every vertex of the tool, whatever the pairs:
-    // distinguished.
+    // Per class and case; back-projection (§3.4.5) examines every vertex of the tool, whatever the pairs. It is
+    // measured apart.
     const std::vector<PairClass> classes = pair_classes();
     for (const PairClass& one : classes) {
         for (const auto& [what, method] : {std::pair{"faithful without back-projection", "thesis:n_back=0"},

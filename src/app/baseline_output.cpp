@@ -19,7 +19,7 @@ std::string vector_text(const Vector3& v) {
     return fmt::format("({:.9g}, {:.9g}, {:.9g})", v.x() + 0.0, v.y() + 0.0, v.z() + 0.0);
 }
 
-/// What is reported it; "none" where there is none.
+/// Text of a contact; "none" where there is none.
 std::string contact_text(const std::optional<Contact>& contact) {
     if (!contact) return "none";
     std::string text;

@@ -166,7 +166,7 @@ BaselineReport guard(const BaselineSource& source, const std::vector<Asked>& ask
     return report;
 }
 
-/// Answers that were not asked keep what was kept of them on these frames; of others it is reported that they go.
+/// Answers that were not asked keep what was kept of them on these frames. All others are reported as gone.
 void keep_others(const ContactBaseline& before, bool all, BaselineReport& report, ContactBaseline& after) {
     for (const auto& [name, answer] : before.detectors) {
         if (after.detectors.contains(name)) continue;

@@ -1,5 +1,5 @@
-// `trocar explain`: one tick of a scene put under the lamp. The scene is driven to that tick, then every detector of
-// this build answers on the very same frame, beside truth; one triangle pair can be examined in full.
+// `trocar explain`: one tick of a scene in detail. The scene is driven to that tick, then every detector of this build
+// answers on the very same frame, beside truth; one triangle pair can be examined in full.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -51,7 +51,7 @@ PlaybackChoice choice_of(const ExportOptions& options, std::int64_t ticks) {
     return choice;
 }
 
-/// What was written, for either kind of source.
+/// What was written, for a scene or a recording.
 struct Written {
     std::string name;
     std::set<std::int64_t> ticks;

@@ -55,7 +55,7 @@ Json row_json(const StepRow& row) {
             {"stage_ns", stages}};
 }
 
-/// Whether surfaces met or pushed each other. Contacts alone report nothing: some sources have them at a distance.
+/// Whether surfaces met or pushed each other. Contacts alone prove nothing: some generators make them at a distance.
 bool met(const StepRow& row) {
     return row.true_pairs > 0 || (row.query_distance == 0.0 && row.pairs > 0) || !row.tool_force.isZero(0.0);
 }
@@ -64,8 +64,8 @@ bool pushes(const Simulation& simulation) {
     return std::any_of(loads.begin(), loads.end(), [](const Wrench& load) { return !load.force.isZero(0.0); });
 }
 
-/// Of a run in which nothing met, made once more: the same bits. Paced runs are reported by the same loop without a
-/// clock.
+/// Nearest approach of a run in which nothing met, from a second run with the same bits. A paced run is repeated
+/// without a clock.
 std::optional<NearestApproach> nearest_of(const Scene& scene, RunSpec spec, const Record& record) {
     if (!record.outcome.ok() || std::any_of(record.rows.begin(), record.rows.end(), met)) return std::nullopt;
     spec.mode = "closed_loop";

@@ -55,7 +55,7 @@ std::vector<PlannedRun> completed_plan(const Study& study, const CommonOptions& 
     return plan;
 }
 
-/// One run in this process; what it finds goes into a file, so that a crash on the way leaves none.
+/// One run in this process; what it finds goes into a file, so that a crash before the end leaves none.
 int child(const Study& study, const CommonOptions& common, const StudyOptions& options) {
     std::vector<PlannedRun> plan = make_plan(study);
     if (*options.child_run < 0 || *options.child_run >= static_cast<std::int64_t>(plan.size()) ||

@@ -108,7 +108,7 @@ std::string methods_of(const RunSpec& spec) {
     return text;
 }
 
-/// Labels report the runs apart in as few words as do.
+/// Labels distinguish the runs in as few words as possible.
 void name_runs(const std::vector<RunSpec>& specs, ViewPage& page) {
     const auto unique = [&page] {
         std::set<std::string> labels;

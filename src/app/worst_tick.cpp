@@ -40,8 +40,8 @@ Index deepest_vertex(const PlayedFrame& frame) {
     return deepest;
 }
 
-/// Along the longest way of the tool over the ground, so that a shaft is seen from its side; along x of one that stands
-/// upright.
+/// Along the longest path of the tool over the ground, so that a shaft is seen from its side; along x of one that
+/// stands upright.
 Cut cut_through(const Topology& topology, const PlayedFrame& frame) {
     const Index vertex = deepest_vertex(frame);
     Cut cut;

@@ -1,5 +1,5 @@
 // A control, not a method: a detector that reports nothing. A response that moves anything with it does not act on its
-// contacts. With a hidden part of the instruments' triangles it reports all other pairs exactly, which shows the output
+// contacts. With a hidden part of the instruments' triangles it reports all other pairs exactly, which shows the effect
 // of false negatives on a response. Hiding single pairs would have no effect, since several pairs share a vertex and
 // face.
 #include <cmath>

@@ -271,7 +271,7 @@ private:
         Quaternion before = Quaternion::Identity();
         for (const RigidMotion& motion : motions) {
             Quaternion turned = Quaternion(motion.rotation).normalized();
-            // The shorter way between two keys.
+            // The shorter rotation between two keys.
             if (turned.dot(before) < 0.0) turned.coeffs() *= -1.0;
             before = turned;
             for (int c = 0; c < 4; ++c) rotation.push_back(static_cast<float>(turned.coeffs()[c]));

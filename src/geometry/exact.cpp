@@ -107,7 +107,8 @@ struct FilteredPlane {
         const Vector3 v = t[2] - t[0];
         normal = u.cross(v);
         const double query_distance = std::max(largest(u), largest(v));
-        // The permanent has six products of at most `reach * reach` · |offset|; 2 % more covers its own rounding.
+        // The permanent has six products of at most `query_distance * query_distance` · |offset|; 2 % more covers its
+        // own rounding.
         permanent_per_offset = 1.02 * 6.0 * (query_distance * query_distance);
     }
 
@@ -193,8 +194,8 @@ struct IntervalOrder {
 };
 
 /// Devillers and Guigue 2002: orient both triangles so that each apex lies above the other's plane. Two orientations,
-/// each of one edge of either triangle, then compare the interval ends. Precondition: straddling both ways, planes
-/// differ.
+/// each of one edge of either triangle, then compare the interval ends. Precondition: each straddles the other's plane,
+/// and the planes differ.
 IntervalOrder order_intervals(const Corners& first, const std::array<int, 3>& first_side, const Corners& second,
                               const std::array<int, 3>& second_side) {
     bool first_above = false;

@@ -8,7 +8,7 @@
 namespace trocar {
 namespace {
 
-/// Share of the way from p to q at which it passes through the triangle, or just beside it.
+/// Parameter of the segment from p to q at which it passes through the triangle, or just beside it.
 std::optional<double> path_through(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p,
                                    const Vector3& q) {
     const Vector3 normal = (b - a).cross(c - a);
@@ -26,7 +26,7 @@ std::optional<double> path_through(const Vector3& a, const Vector3& b, const Vec
     return path;
 }
 
-/// The deepest point between two shares of the way from p to q; `depth_at` reports the depth of a point of it.
+/// The deepest point between two parameters of the segment from p to q; `depth_at` returns the depth of a point of it.
 template <typename DepthAt>
 double deepest_between(double length, double first, double last, double at_least, const DepthAt& depth_at) {
     constexpr int parts = 8;
@@ -35,7 +35,7 @@ double deepest_between(double length, double first, double last, double at_least
     const double half = 0.5 * (last - first);
     double best = first + half;
     double depth = depth_at(best);
-    // A distance changes by no more than the way along the edge.
+    // A distance changes by no more than the path along the edge.
     if (depth + half * length <= at_least) return depth;
     for (int i = 1; i < parts; ++i) {
         const double path = first + step * i;

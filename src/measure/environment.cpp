@@ -38,7 +38,7 @@ std::string kernel() {
     return fmt::format("{} {} {}", name.sysname, name.release, name.machine);
 }
 
-/// Mean number of runnable processes over the last minute: reports a noisy machine.
+/// Mean number of runnable processes over the last minute: shows a noisy machine.
 std::string load() {
     const std::string line = first_line("/proc/loadavg");
     return line.substr(0, line.find(' '));

@@ -91,7 +91,7 @@ void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
         judged += 1;
         reported += static_cast<double>(row.pairs);
         truth += static_cast<double>(row.true_pairs);
-        // NaN as soon as one judged tick does not report.
+        // NaN as soon as one judged tick has no count.
         touch += row.true_touch < 0 ? not_known : static_cast<double>(row.true_touch);
         false_negatives += static_cast<double>(row.false_negatives);
         false_negatives_touch += static_cast<double>(row.false_negatives_touch);

@@ -30,8 +30,8 @@ Box box_of(const BodyRange& body, const Matrix3X& at) {
     return box;
 }
 
-/// A rotation that turns `direction` (unit, not -z) to +z the shortest way. By hand, because Eigen's FromTwoVectors
-/// brings an SVD for the case of opposite vectors, which took a tenth of this folder's time to compile.
+/// A rotation that turns `direction` (unit, not -z) to +z by the smallest angle. Written out, because Eigen's
+/// FromTwoVectors brings an SVD for the case of opposite vectors, which took a tenth of this folder's time to compile.
 Matrix3 turn_to_z(const Vector3& direction) {
     const double twice_half_cosine = std::sqrt(2.0 * (1.0 + direction.z()));
     const Vector3 axis = direction.cross(Vector3::UnitZ()) / twice_half_cosine;
@@ -235,8 +235,8 @@ Overlap OverlapTruth::measure(const Topology& topology, const Matrix3X& position
     if (!(result.volume > 0.0)) return {};
     result.volume = pass(topology, a, b, narrowed);
 
-    // A few lines of each bundle bound its ways out from below: most directions need no more.
-    constexpr int few = 6;  // every sixth line either way
+    // A few lines of each bundle bound its exits from below: most directions need no more.
+    constexpr int few = 6;  // every sixth line in either direction
     least_.clear();
     for (const Vector3& direction : directions) {
         const auto shared = turn_to(direction, position, a, b);
@@ -257,7 +257,7 @@ Overlap OverlapTruth::measure(const Topology& topology, const Matrix3X& position
         // A bundle whose lines all miss the overlap says nothing about its direction.
         if (up == 0.0 && down == 0.0) continue;
         const double path = std::min(up, down);
-        // Of equal ways the direction that is named first.
+        // Of equal distances the direction that is named first.
         if (path > shortest || (path == shortest && d > best)) continue;
         shortest = path;
         best = d;

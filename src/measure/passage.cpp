@@ -12,9 +12,9 @@ namespace trocar {
 namespace {
 
 constexpr double most_samples = 2e5;
-/// Cosine between the outward normals of way in and way out, at most, that makes a passage.
+/// Cosine between the outward normals of entry and exit, at most, that makes a passage.
 constexpr double opposite = -0.5;
-/// Depth that makes one, at least: as part of how deep the body is, or of the distance from way in to way out.
+/// Depth that makes one, at least: as part of how deep the body is, or of the distance from entry to exit.
 constexpr double deep_for_the_body = 0.8;
 constexpr double deep_for_the_path = 0.4;
 /// Samples are thought moved by this part of the other body's box, in a direction that no mesh is built along, so that

@@ -34,7 +34,7 @@ struct RayTree::Build {
     [[nodiscard]] const Vector3& centre(Index t) const { return centres[at(t - base)]; }
 
     static bool before(const NetEdge& x, const NetEdge& y) { return std::tie(x.from, x.to) < std::tie(y.from, y.to); }
-    /// Sorted by the lower and then the higher vertex, which run that way as often as `count` says.
+    /// Sorted by the lower and then the higher vertex, which run in that direction as often as `count` says.
     void rim_of(const std::vector<Index>& order, Index first, Index count, std::vector<NetEdge>& rim) const {
         rim.clear();
         for (Index i = first; i < first + count; ++i) {
@@ -54,7 +54,7 @@ struct RayTree::Build {
         }
         rim.resize(kept);
     }
-    /// What is left of both when edges that run opposite ways have cancelled.
+    /// What is left of both when edges of opposite directions have cancelled.
     static void join(const std::vector<NetEdge>& one, const std::vector<NetEdge>& other, std::vector<NetEdge>& sum) {
         sum.clear();
         for (std::size_t i = 0, j = 0; i < one.size() || j < other.size();) {
@@ -149,7 +149,7 @@ void RayTree::find_slanted(const Triangles& triangles, const Matrix3X& position,
         longest = length;
         slanted.vertex = {u, v, -1};
     }
-    // Most nodes are reported at the first triangle: it is not long for the node.
+    // For most nodes the first triangle decides: it is not long for the node.
     if (longest == 0.0 || longest < 0.25 * (node.box.max - node.box.min).maxCoeff()) return;
     const Vector3 origin = position.col(slanted.vertex[0]);
     const Vector3 along = (position.col(slanted.vertex[1]) - origin) / longest;

@@ -177,12 +177,12 @@ void SheetSides::find_near_rim() {
     near_rim_tree_.prepare(near_rim_corners_, {0, static_cast<Index>(near_rim_.size())}, sheet_->now(), false);
 }
 
-/// Signed crossings of the curtain on the straight way, as they change the upward ray's.
+/// Signed crossings of the curtain on the straight path, as they change the upward ray's.
 int SheetSides::curtain_passages(const Vector3& from, const Vector3& to) {
     if (near_rim_.empty()) return 0;
     const Box path{from.cwiseMin(to), from.cwiseMax(to)};
     int sum = 0;
-    // A curtain has no end: only what it resembles from above counts.
+    // A curtain has no end: only its view from above counts.
     near_rim_tree_.visit_along_from_above(from, to, [&](Index i) {
         const auto number = static_cast<std::size_t>(i);
         if (apart_seen_from_above(near_rim_box_[number], path)) return;
@@ -192,7 +192,7 @@ int SheetSides::curtain_passages(const Vector3& from, const Vector3& to) {
     return sum;
 }
 
-/// Signed crossings of the sheet on the straight way between two points whose rays have been counted.
+/// Signed crossings of the sheet on the straight path between two points whose rays have been counted.
 int SheetSides::step(const Vector3& from, int ray_from, const Vector3& to, int ray_to) {
     return ray_to - ray_from - curtain_passages(from, to);
 }
@@ -202,7 +202,7 @@ void SheetSides::read_surface() {
         shell.rim_was_inside = shell.rim_inside;
         shell.rim_inside = false;
     }
-    if (near_rim_.empty()) {  // no curtain: all that is in the way is the sheet
+    if (near_rim_.empty()) {  // no curtain: the sheet alone is between them
         for (std::size_t i = 0; i < by_surface_.size(); ++i) {
             const Shell& shell = shells_[shell_of(i)];
             by_surface_[i] = shell.side + rays_[i] - rays_[shell.anchor];
@@ -215,7 +215,7 @@ void SheetSides::read_surface() {
     search_for_rim_inside();
 }
 
-/// What every edge of the body crosses; the other way round it is the opposite.
+/// What every edge of the body crosses; in the other direction it is the opposite.
 void SheetSides::cross_edges() {
     const Index first = body_->range().vertices.first;
     const auto& edges = body_->edges();
@@ -236,7 +236,7 @@ void SheetSides::cross_edges() {
     }
 }
 
-/// The way from the anchor that crosses the sheet the fewest times (Dijkstra 1959).
+/// The path from the anchor that crosses the sheet the fewest times (Dijkstra 1959).
 void SheetSides::walk_edges() {
     const std::greater<> nearest_first;
     cost_.assign(shell_of_vertex_.size(), unreached);
@@ -281,7 +281,7 @@ void SheetSides::join_area_samples() {
     }
 }
 
-/// Two ways over the surface that do not agree have the rim between them.
+/// Two paths over the surface that do not agree have the rim between them.
 void SheetSides::search_for_rim_inside() {
     const Index first = body_->range().vertices.first;
     const auto& edges = body_->edges();

@@ -15,7 +15,7 @@
 namespace trocar {
 namespace {
 
-/// Passes out the wanted frames and holds what only the end reports to be wanted.
+/// Passes on the wanted frames. Keeps those that only the end of the run shows to be wanted.
 class Chooser {
 public:
     Chooser(const PlaybackChoice& choice, const PlayedFrameVisitor& visit) : choice_(choice), visit_(&visit) {}

@@ -47,7 +47,7 @@ double time_of_grasp(const Scene& scene) {
     return time;
 }
 
-/// Longest way of a scripted vertex in one tick, m.
+/// Longest path of a scripted vertex in one tick, m.
 double fastest_tick(const Scene& scene) {
     double longest = 0.0;
     Matrix3X before = scene.first.position;
@@ -104,8 +104,8 @@ bool starts_crossed(const Scene& scene) {
 }
 
 /// The scene with its tissue where hard contact has it at the start, for scenes that begin with bodies inside each
-/// other: every scripted body is driven in from the end of its script, in equilibrium all the way. Nothing when that
-/// fails; `message` then says why.
+/// other: every scripted body is driven in from the end of its script, in equilibrium on the whole path. Nothing when
+/// that fails; `message` then says why.
 std::optional<Scene> driven_in(const Scene& scene, double rest_gap, std::string& message) {
     Scene approach = scene;
     constexpr double duration = 1.0;  // s; without meaning in equilibrium
@@ -262,7 +262,7 @@ ReferenceSolution unavailable(std::string reason) {
     return solution;
 }
 
-/// Whether contact can move anything: free tissue or an operator's hand.
+/// Whether contact can move anything: free tissue or an operator.
 bool anything_is_free(const Scene& scene) {
     for (std::size_t v = 0; v < scene.materials.mass.size(); ++v) {
         if (scene.materials.mass[v] > 0.0 && scene.materials.pinned[v] == 0) return true;
@@ -390,7 +390,7 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
     if (!scene.materials.enclosures.empty()) {
         return unavailable("the implicit solver knows no bulk modulus");
     }
-    // A reference that ends early says little about a run: below half of it, it would resemble an answer.
+    // A reference that ends early says little about a run: below half of it, it would pass for an answer.
     const double least_until = 0.5 * grasp;
     LawRuns runs(scene, law, plan, step, grasp, progress);
     const Run& first = runs.get(0, 0);
@@ -456,7 +456,7 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
         solution.until = run->until;
         solution.reason = run->message;
     }
-    // The low-pass looks ahead by about its period.
+    // The low-pass uses about one period of the future.
     if (solution.until < scene_end) solution.until -= 0.02;
     if (solution.until < least_until) return solution;
 
@@ -477,8 +477,8 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
         const std::string by_stiffness_doubt = doubt(solution.by_stiffness, hard ? "rest gap" : "sampling");
         const bool both = !by_step_doubt.empty() && !by_stiffness_doubt.empty();
         const std::string doubts = by_step_doubt + (both ? "; " : "") + by_stiffness_doubt;
-        // Refined runs go the same way until something happens, such as a corner that slips off an edge, of which the
-        // moment is not determined: up to there they agree.
+        // Refined runs agree until something happens, such as a corner that slips off an edge, of which the moment is
+        // not determined: up to there they agree.
         const double whole = solution.until;
         constexpr double shorter = 0.02;  // s
         for (double until = whole - shorter; !converges && until >= least_until; until -= shorter) {

@@ -128,8 +128,8 @@ void ElasticFoundation::lay(Index slave, Index master, const ContactLaw& law, do
     std::fill(foundations_.back().clearance.begin(), foundations_.back().clearance.end(), 0.0);
 }
 
-/// Three quarters of the largest depth inside a closed body (found by going inwards from every face), or the query
-/// distance of an open one.
+/// Three quarters of the largest depth inside a closed body (found by going inwards from every face), or the greatest
+/// depth that counts behind an open one.
 double ElasticFoundation::most_depth_of(Index master, const Matrix3X& x) const {
     const Topology& topology = scene_->topology;
     if (!topology.bodies[at(master)].closed) return open_query_distance;

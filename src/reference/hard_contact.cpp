@@ -90,8 +90,7 @@ void HardContact::add_features(Index t, Index u) {
         candidates_.push_back(pair);
         candidate_weight_.push_back(weight);
     };
-    // A feature within the query distance of a face has all its triangles within the query distance of it: the first
-    // one stands for them.
+    // All triangles of a feature near a face are near that face too: the first one stands for them.
     for (const auto& [from, to] : {std::pair{t, u}, std::pair{u, t}}) {
         for (int i = 0; i < 3; ++i) {
             const Index v = face(from)[i];

@@ -336,7 +336,7 @@ struct ImplicitSolver::State {
             place_body(scene.bodies[at(b)], topology.bodies[at(b)].vertices, pose, target);
         }
         script = target - x;
-        // Free vertices go where the solution leads them; an operator's body is turned by its script.
+        // Free vertices go where the solution puts them; an operator's body is turned by its script.
         for (Index v = 0; v < topology.vertex_count; ++v) {
             const Index n = node_of_vertex[at(v)];
             if (n >= 0 && vertex_of_node[at(n)] >= 0) script.col(v).setZero();
@@ -362,7 +362,7 @@ struct ImplicitSolver::State {
         node_start = node;
         read_script(time + h);
         progress = script_moves ? 0.0 : 1.0;
-        // BDF2 takes the way so far for smooth; where it is not (the start, a key of the script) it would shift all
+        // BDF2 takes the path so far for smooth; where it is not (the start, a key of the script) it would shift all
         // that follows by half a step, so that step is one of backward Euler, whose error happens once.
         const bool anew = time == 0.0 || script_has_key(time, time + h);
         alpha = anew ? 1.0 / h : 1.5 / h;
@@ -411,7 +411,7 @@ struct ImplicitSolver::State {
     bool solve() {
         Matrix3X motion = Matrix3X::Zero(3, topology.vertex_count);
         if (hard) {
-            // Where nothing is in the way, bodies go where the script puts them at once.
+            // Where nothing obstructs them, bodies go where the script puts them at once.
             hard->begin_step(x);
             hard->find_candidates(x, script);
             if (hard->empty() && script_moves) {

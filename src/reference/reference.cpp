@@ -22,7 +22,7 @@ OrderedJson number(double value) { return std::isfinite(value) ? OrderedJson(val
 /// Stored numbers carry what the reference knows and no more digits.
 double rounded(double value, double grain) { return std::round(value / grain) * grain; }
 
-/// As few digits as report the value to the grain.
+/// As few digits as give the value to the grain.
 std::string short_number(double value, double grain) {
     std::string text =
         fmt::format("{:.{}f}", rounded(value, grain), static_cast<int>(std::max(0L, std::lround(-std::log10(grain)))));

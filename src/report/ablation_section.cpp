@@ -1,5 +1,5 @@
 // What each switch of a response changes, in the figures of the runs: which one, on which scene, from what to what. A
-// figure counts as changed beyond a factor or a floor below which nobody would care; time is distinguished, as a ratio.
+// figure counts as changed beyond a factor or a floor below which nobody would care; time stands apart, as a ratio.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,8 +18,8 @@
 namespace trocar {
 namespace {
 
-/// A figure that is examined, in the unit that is printed. Values below the floor count as the floor, so that a
-/// change from nothing to next to nothing is none.
+/// A figure that is compared, in the unit that is printed. Values below the floor count as the floor, so that a change
+/// from nothing to next to nothing is none.
 struct Watched {
     const char* key;
     const char* name;
@@ -76,7 +76,7 @@ struct Turned {
     bool option = false;  ///< turned on in both surroundings
     std::string silent;   ///< why it cannot act here, as the study says; empty: it says nothing
     std::map<std::string, std::vector<std::string>> acts;  ///< by class: scenes on which any bit changes
-    std::vector<Change> changes;                           ///< reporting ones, largest first
+    std::vector<Change> changes;                           ///< significant ones, largest first
     std::vector<std::string> same;  ///< scenes on which every figure and the last state are the same, bit by bit
     std::size_t scenes = 0;
     double time_ratio = not_known;  ///< with over without, geometric mean
@@ -102,7 +102,7 @@ bool same_to_the_bit(const Record& a, const Record& b) {
     });
 }
 
-/// All reporting changes on one scene.
+/// All significant changes on one scene.
 void compare(const Record& without, const Record& with, std::vector<Change>& changes) {
     const std::string& scene = with.spec.scene;
     if (!without.outcome.ok() || !with.outcome.ok()) {
@@ -228,7 +228,7 @@ std::string factor_text(const Change& change) {
     return (std::isinf(change.factor) ? "fails" : "× " + format_number(change.factor)) + side;
 }
 
-/// Switches without any reporting change, in both surroundings where it was turned in both.
+/// Switches without any significant change, in both surroundings where it was turned in both.
 std::vector<std::string> silent_switches(const Ablation& ablation, bool to_the_bit) {
     std::map<std::string, std::array<bool, 2>> reporting;  // any change, any change of a bit
     for (const Turned& one : ablation.turned) {

@@ -19,7 +19,7 @@ struct OnScene {
     [[nodiscard]] double depth_lost() const {
         return other->residual_penetration_max_m - exact->residual_penetration_max_m;
     }
-    /// N, by how much the largest force differs, either way: a blind tool shows none.
+    /// N, by how much the largest force differs, in either direction: a blind tool shows none.
     [[nodiscard]] double force_lost() const { return std::abs(other->force_max_n - exact->force_max_n); }
 };
 

@@ -145,7 +145,7 @@ Table table_of(const Matrix& matrix, const std::string& caption, const std::stri
     if (!absent.empty()) table.note = "Absent from this build: " + joined(absent) + ".";
     std::map<std::string, std::pair<int, int>> tally;  // right, asked
     for (const auto& [key, row] : matrix.rows) {
-        const Record* reported = nullptr;  // an absent method's record has no summary to report the counts
+        const Record* reported = nullptr;  // an absent method's record has no summary with the counts
         for (const auto& [method, record] : row) {
             if (reported == nullptr || reported->summary.size() < record->summary.size()) reported = record;
         }

@@ -79,7 +79,7 @@ struct Chart {
     std::string knob;
     bool replay = false;
     std::vector<Mark> marks = {};  ///< curve by curve, each in the order of its points
-    // What the records report the references: hard contact's has no stiffness, equal k is solved for each.
+    // What the records say of the references: hard contact's has no stiffness, equal k is solved for each.
     std::string hard_reference = {};
     std::map<Point, std::string> equal_k_reference = {};
     [[nodiscard]] const char* unit() const { return knob == "dt" ? " s" : knob == "k" ? " N/m" : ""; }
@@ -148,7 +148,7 @@ void mark_dominated(Chart& chart, double noise_floor) {
     }
 }
 
-/// What the records report the scene's references.
+/// What the records say of the scene's references.
 void read_references(const std::vector<const Record*>& runs, Chart& chart) {
     for (const Record* run : runs) {
         const auto hard_text = run->environment.find("reference.hard");
@@ -376,7 +376,7 @@ ScatterChart drawing_of(const Chart& chart, const KnobPanel& panel) {
              .label = mark.point});
         if (!panel.dominated(mark)) drawing.front.emplace_back(mark.time, error);
     }
-    for (ChartSeries& curve : drawing.series) {  // the ends say which way a curve runs
+    for (ChartSeries& curve : drawing.series) {  // the ends show the direction of a curve
         for (std::size_t i = 1; i + 1 < curve.points.size(); ++i) curve.points[i].label.clear();
     }
     std::sort(drawing.front.begin(), drawing.front.end());

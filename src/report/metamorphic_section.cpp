@@ -1,4 +1,4 @@
-// Determinism metamorphic test: what each method answers when the same question is asked again or in other words, as
+// Metamorphic test of determinism: what each method answers when the same question is asked again or in other words, as
 // the runs of mode "metamorphic test" found it.
 #include <fmt/format.h>
 

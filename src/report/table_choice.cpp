@@ -241,7 +241,7 @@ private:
         });
     }
 
-    /// Rows whose words are the same report different runs: names the columns that would report them apart.
+    /// Rows with the same words stand for different runs: names the columns that would distinguish them.
     void report_twins(const std::vector<Wanted>& shown, std::vector<std::string>& notes) const {
         std::map<std::string, std::size_t> first_of;
         std::vector<std::string> differing;

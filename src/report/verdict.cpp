@@ -29,7 +29,8 @@ VerdictRow make_row(const Results& results, const Method& method, const std::str
     row.reference = !reference.empty() && method.detector == reference;
     Method yardstick = method;
     yardstick.detector = reference;
-    // Of another source's rows, which the reference may have none of, intersection contacts are the yardstick.
+    // The reference may have no rows with another generator's contacts. Its row with intersection contacts is then the
+    // yardstick.
     const auto has_rows = [&] {
         return std::any_of(scenes.begin(), scenes.end(),
                            [&](const std::string& scene) { return results.find(yardstick, scene) != nullptr; });

@@ -30,7 +30,7 @@ bool are_tested(const Topology& topology, Index body_a, Index body_b) {
     return topology.body_pair(std::min(body_a, body_b), std::max(body_a, body_b)) >= 0;
 }
 
-/// The smaller triangle first, as everywhere; the normal goes the other way round then.
+/// The smaller triangle first, as everywhere; the normal is then reversed.
 RecordedContact in_order(RecordedContact contact) {
     if (contact.a > contact.b) {
         std::swap(contact.a, contact.b);
@@ -113,7 +113,7 @@ private:
         return true;
     }
 
-    /// A line is a document of one line, so that of a place in it only the column reports something.
+    /// A line is a document of one line, so that of a place in it only the column says something.
     [[nodiscard]] Json parsed_line() const {
         try {
             return parse_json(line_, place_);

@@ -171,7 +171,7 @@ Surface read_part_mesh(const JsonNode& node, const Places& places) {
 
 /// Every edge belongs to exactly two triangles that run it in opposite directions.
 bool is_watertight(const Triangles& triangles) {
-    std::vector<std::array<Index, 3>> sides;  // lower end, higher end, which way round
+    std::vector<std::array<Index, 3>> sides;  // lower end, higher end, direction
     sides.reserve(static_cast<std::size_t>(triangles.size()));
     for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
         for (int corner = 0; corner < 3; ++corner) {
@@ -262,7 +262,7 @@ void leave_out_repeated(const JsonNode& mesh, bool same_place, Part& part, std::
                                 repeated.front()[1]));
 }
 
-/// Neighbours whose triangles run round opposite ways have no side in common: one of them draws tools in.
+/// Neighbours whose triangles have opposite orientations have no side in common: one of them draws tools in.
 void expect_neighbours_agree(const JsonNode& mesh, const OrientationReport& orientation) {
     if (orientation.disagreeing_edges == 0) return;
     const auto& [first, second] = orientation.first_disagreeing;

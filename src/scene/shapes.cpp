@@ -73,7 +73,7 @@ void add_band(const Section& lower, const Section& upper, Builder& builder) {
     }
 }
 
-/// Skin over sections between two poles.
+/// Surface over sections between two poles.
 void add_loft(const Vector3& first_pole, const std::vector<Section>& sections, const Vector3& last_pole,
               Builder& builder) {
     const Section& first = sections.front();

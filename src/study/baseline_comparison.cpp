@@ -211,7 +211,7 @@ TickTruth truth_of(const Topology& topology, const Frame& frame) {
 void TruthComparison::add(const Topology& topology, const Frame& frame, const TickTruth& truth,
                           const std::vector<Contact>& contacts) {
     std::vector<TrianglePair> reported;
-    std::map<TrianglePair, const Contact*> meeting;  // pairs that some contact reports to meet
+    std::map<TrianglePair, const Contact*> meeting;  // pairs that meet by some contact
     for (const Contact& contact : contacts) {
         reported.push_back({contact.a, contact.b});
         if (!(contact.depth < 0.0)) meeting.emplace(reported.back(), &contact);

@@ -30,7 +30,7 @@ sigset_t held_signals() {
     return set;
 }
 
-/// The caller's environment; the sanitizers must abort, since an exit status would resemble an ordinary end.
+/// The caller's environment; the sanitizers must abort, since an exit status would pass for an ordinary end.
 std::vector<std::string> child_environment() {
     std::vector<std::string> variables;
     std::string sanitizer = "ASAN_OPTIONS=";

@@ -1,4 +1,4 @@
-// What scenes and methods report a plan and a record, so that a report needs nothing else.
+// Facts of scenes and methods that a plan and a record keep, so that a report needs nothing else.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -44,26 +44,26 @@ void settle_absent(PlannedRun& run) {
     }
 }
 
-/// Why a detector has nothing to give for contacts of this source; empty when it has.
+/// Why a detector has nothing to give for contacts of this generator; empty when it has.
 std::string unreported(const StudyMethod& detector, const std::string& contacts) {
     if (detector.absent_reason) return {};
     return why_unreported(registry().detector(parse_method(detector.text).name),
                           registry().contact_generator(contacts));
 }
 
-/// Why a response can do nothing with contacts of this source; empty when it can.
+/// Why a response can do nothing with contacts of this generator; empty when it can.
 std::string unreadable(const StudyMethod& response, const std::string& contacts) {
     if (response.absent_reason) return {};
     return why_unreadable(registry().contact_generator(contacts), parse_method(response.text));
 }
 
-/// The contact generator that a response works from where nobody names one.
+/// The contact generator that a response works from where none is named.
 std::string own_contact_generator(const StudyMethod& response) {
     if (response.absent_reason) return "intersection";
     return default_contact_generator(parse_method(response.text));
 }
 
-/// Why the two cannot work on contacts of this source; empty when they can, and for a detector alone.
+/// Why the two cannot work on contacts of this generator; empty when they can, and for a detector alone.
 std::string why_without_contacts(const StudyMethod& detector, const StudyMethod& response,
                                  const std::string& contacts) {
     if (response.text.empty()) return {};
@@ -202,7 +202,7 @@ void add_ablation(const Study& study, std::int64_t repetition, std::vector<Plann
     }
 }
 
-/// What a record must report its case, so that the report needs no other file.
+/// What a record must say of its case, so that the report needs no other file.
 std::map<std::string, std::string> facts_of(const HardCase& hard_case) {
     std::map<std::string, std::string> facts{{"case.of", hard_case.of},
                                              {"case.reason", hard_case.reason},

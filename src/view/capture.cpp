@@ -57,7 +57,7 @@ ViewedFrame RunCapture::kept(const PlayedFrame& frame) const {
     Vector3 pushed = Vector3::Zero();
     double force = 0.0;
     for (const PlayedContact& contact : frame.contacts) {
-        // What a source reported two features that are apart is no contact to examine.
+        // A generated contact of two features that are apart is not shown.
         const bool apart = contact.kind == ActingKind::found && !(contact.depth > 0.0);
         if (apart || !contact.point.allFinite()) continue;
         if (tool_ >= 0 && (contact.body == tool_ || contact.other == tool_) && contact.force.allFinite()) {

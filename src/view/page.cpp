@@ -256,7 +256,7 @@ std::string view_html(const ViewPage& page, const std::string& script, std::size
     }
     const std::string code = script.empty() ? fmt::format("<script>{}</script>", web::viewer_script())
                                             : fmt::format("<script src=\"{}\"></script>", for_html(script));
-    // Whatever is in the page, it reaches for nothing outside: neither by mistake nor by a name that somebody chose.
+    // Whatever is in the page, it loads nothing from outside: neither by mistake nor by a name that somebody chose.
     return fmt::format(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
         "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"

@@ -73,8 +73,8 @@ TEST(Bounded, AWorkBudgetBoundsEveryTickAndIsReportedAsTruncated) {
 }
 
 TEST(Bounded, TwoMeshesOf100kTrianglesCostAFewSearchesPerTriangle) {
-    // What lets `trocar detect` answer within a second: 10^10 pairs of triangles, and each triangle examined some
-    // times.
+    // This lets `trocar detect` answer within a second: there are 10^10 pairs of triangles, and each triangle is
+    // examined a few times.
     const test::World world = test::make_world(
         "two spheres", {{BodyKind::tissue, test::sphere(0.03, 225)},
                         {BodyKind::rigid, test::sphere(0.03, 225).rotate({1, 2, 3}, 0.4).move({0.0151, 0.0007, 0.0})}});

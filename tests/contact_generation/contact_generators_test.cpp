@@ -1,5 +1,5 @@
-// The sources `proximity` and `tracked_proximity` against a second implementation that shares nothing with them
-// (second_features.hpp), as sets, on scenes that move: which features are reported, gap, normal and side.
+// The contact generators `proximity` and `tracked_proximity` against a second implementation that shares nothing with
+// them (second_features.hpp), as sets, on scenes that move: which features are reported, gap, normal and side.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -51,7 +51,7 @@ using Feature = std::array<Index, 4>;
 Feature edges(const EdgeEnds& a, const EdgeEnds& b) { return {a[0], a[1], b[0], b[1]}; }
 Feature point_face(Index vertex, Index triangle) { return {vertex, triangle, -1, -1}; }
 
-/// As docs/CONTACT.md reports ids apart: the kind in the highest bit, features below.
+/// Ids as docs/CONTACT.md defines them: the kind in the highest bit, features below.
 bool is_edges(const Contact& contact) { return contact.kind == ContactCase::edge_edge; }
 Feature feature_of(const Contact& contact) {
     if (is_edges(contact)) {
@@ -151,8 +151,8 @@ void compare_sets(const Topology& topology, const Simulation& run, const std::ma
     }
     for (const auto& [feature, one] : expected) {
         if (reported.contains(feature) || either.contains(feature)) continue;
-        // What a script takes out of query distance within the tick, no detector brings; what has crossed is reported
-        // all the same.
+        // No detector brings a pair that a script moves beyond the query distance within the tick. What has crossed is
+        // reported all the same.
         if (one.gap > 0.0L && !is_brought(topology, run, feature)) continue;
         tally.fail(fmt::format("tick {}: {} {} {} {} not reported, gap {:g}, normal {:g} {:g} {:g}", run.seen().tick,
                                feature[0], feature[1], feature[2], feature[3], static_cast<double>(one.gap),
@@ -357,7 +357,8 @@ TEST(TrackedProximity, WhatHasCrossedNearAFreeRimStaysCrossedUntilItIsMoreBeside
                    registry().contact_generator("tracked_proximity"));
     const BodyRange& first = scene.topology.bodies[0];
     const Index tip = (first.kind == BodyKind::instrument ? first : scene.topology.bodies[1]).vertices.first;
-    // The deepest is where it has crossed, not a face beside; 0: reported as not crossed, or not at all.
+    // The deepest contact is where the vertex has crossed, not a face beside; 0: reported as not crossed, or not at
+    // all.
     const auto gap_of_tip_after = [&run, tip](std::int64_t ticks) {
         while (run.outcome().ok() && run.seen().tick + 1 < ticks) run.step();
         double deepest = 0.0;
@@ -489,8 +490,8 @@ TEST(TrackedProximity, AFaceBesideHasTheGapOfTheFaceOverWhichTheVertexIsAndHowMu
             EXPECT_NEAR(over->gap, place.gap, 1e-12);
             EXPECT_LT((over->normal + place.front * Vector3(0.0, 0.0, 1.0)).norm(), 1e-12);
             const auto beside = reported(2);
-            // A fifth of the short query distance is less than the way that it is further, with and without what has
-            // crossed.
+            // A fifth of the short query distance is less than the extra distance of that face, with and without what
+            // has crossed.
             ASSERT_EQ(beside != contacts.end(), query_distance == 2.0);
             if (beside == contacts.end()) continue;
             EXPECT_NEAR(beside->gap, place.gap_beside, 1e-12);

@@ -1,5 +1,5 @@
 // What is inside closed surfaces at the start of a run, against the solid angle that they fill; and the lists of edges
-// and faces that sources read, against a examine all of them.
+// and faces that generators read, against a search through all of them.
 #include "contact_generation/crossed_sides.hpp"
 
 #include <gtest/gtest.h>

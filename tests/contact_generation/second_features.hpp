@@ -1,7 +1,7 @@
-// A second implementation of what the sources `proximity` and `tracked_proximity` report, slow and by other ways, in
-// long double: every vertex against every face and every edge against every edge; a closest point by solving for the
+// A second implementation of what the generators `proximity` and `tracked_proximity` report, slow and by other means,
+// in long double: every vertex against every face and every edge against every edge; a closest point by solving for the
 // foot of the perpendicular and else by the best of the three sides; whether it is one of the surface by the steepest
-// way over all faces that meet there; sides by the solid angle under which the vertex sees the surface, followed
+// direction over all faces that meet there; sides by the solid angle under which the vertex sees the surface, followed
 // without a jump.
 #pragma once
 
@@ -447,7 +447,7 @@ private:
             most = std::max(most, (now[static_cast<std::size_t>(v)] - before_[static_cast<std::size_t>(v)]).norm());
         return most;
     }
-    /// Crossings on the straight way, by the jumps of the solid angle.
+    /// Crossings on the straight path, by the jumps of the solid angle.
     [[nodiscard]] int along(const Point& from, const Point& to, Index face_body) const {
         constexpr int parts = 24;
         int sum = 0;

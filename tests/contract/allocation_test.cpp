@@ -1,5 +1,5 @@
-// After warm-up no stage of ours asks for memory in a tick: every detector, source and response of ours, in a
-// whole closed loop on a shipped scene. Libraries may: their count is a column of the reports.
+// After warm-up no stage of ours asks for memory in a tick: every detector, contact generator and response of ours, in
+// a whole closed loop on a shipped scene. Libraries may: their count is a column of the reports.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -93,7 +93,7 @@ void drag_twice(const Act& act) {
     }
 }
 
-/// The response's own source of contacts and the response on frames from outside, so that a response that cannot hold
+/// The response's own contact generator and the response on frames from outside, so that a response that cannot hold
 /// the tool back is counted too.
 Counted count_response(const std::string& method) {
     const Scene& scene = drag();

@@ -1,5 +1,5 @@
-// What single adapters promise beyond the contract that all detectors share: that a baseline runs in the way in which
-// it answers best. Held against the exact oracles and closed forms; skipped where the library is absent.
+// What single adapters promise beyond the contract that all detectors share: that a baseline runs with the setting in
+// which it answers best. Held against the exact oracles and closed forms; skipped where the library is absent.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -135,7 +135,7 @@ TEST(OdeTrimesh, WithMergingEveryPairReportedIsATrueOneAndMostAreReported) {
 }
 
 TEST(SpatialTessellation, ADenseArrayHasTheCellsOfTheScenesBoxAndLargerOnesWhereTheseWereTooMany) {
-    // A box of 2.5 x 1.5 x 3.5 m. The look is at every cell of the array and at each triangle in each of its box's.
+    // A box of 2.5 x 1.5 x 3.5 m. The search visits every cell of the array and each triangle in each of its box's.
     const World world =
         make_world("corner", {{BodyKind::instrument, triangle({0.0, 0.0, 0.0}, {2.5, 0.0, 0.0}, {0.0, 1.5, 0.0})},
                               {BodyKind::tissue, triangle({0.5, 0.5, 0.0}, {0.5, 0.5, 3.5}, {0.5, 1.2, 3.5})}});

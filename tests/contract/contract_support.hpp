@@ -50,8 +50,8 @@ ContactSet permuted_answer(const DetectorEntry& entry, const World& world, const
 
 std::string over(const std::vector<World>& worlds, const std::function<std::string(const World&)>& check);
 
-/// Every registered detector but the controls, and our own once more with each option that changes the way but not the
-/// pairs.
+/// Every registered detector but the controls, and our own once more with each option that changes the algorithm but
+/// not the pairs.
 const std::vector<DetectorEntry>& methods();
 
 /// (method, check) -> reason, of the gaps that are known: of the list `detectors` or `response_contract`.

@@ -97,7 +97,7 @@ std::string difference(const std::string& where, const ContactSet& contacts, con
     return failures;
 }
 
-// ---- scenes and reaches ----
+// ---- scenes and query distances ----
 
 double mean_edge(const World& world) {
     double sum = 0.0;

@@ -40,7 +40,7 @@ constexpr Shot shots[] = {{"i2t_drag", 8.0, 90},    {"i2t_stab", 4.0, 30},      
                           {"t2t_press", 8.0, 80},   {"i2t_deep_start", 1.0, 5}, {"i2i_cross", 8.0, 80},
                           {"i2r_scrape", 8.0, 100}, {"r2t_bone", 8.0, 80}};
 
-/// A run that `penalty` holds, which takes every source. Once per source.
+/// A run that `penalty` holds, which takes every contact generator. Once per generator.
 const std::vector<Take>& takes(const std::string& source) {
     static std::map<std::string, std::vector<Take>> all;
     std::vector<Take>& list = all[source];
@@ -70,7 +70,7 @@ struct Instance {
         response->prepare(topology, materials);
         output.resize(topology.vertex_count, topology.body_count());
     }
-    /// No stepper runs: loads stay none.
+    /// No stepper runs: there are no contact forces.
     void respond(const Take& take, std::size_t tick) { respond(take, tick, take.contacts[tick]); }
     void respond(const Take& take, std::size_t tick, const ContactSet& contacts) {
         response->respond(take.frames[tick], take.scene.dt, contacts, contact_forces, output);
@@ -442,7 +442,7 @@ std::string finite_on_hard_frames(const ResponseMethod& who) {
     for (World& world : worlds) {
         world.frame.pose.assign(world.topology.bodies.size(), {});
         const double query_distance = source.wants_query_distance ? 1e-3 : 0.0;
-        // The exact one whatever the source: libraries may give up on such frames.
+        // The exact one whatever the generator: libraries may give up on such frames.
         if (source.wants_native) continue;
         const auto detector = make(registry().detector("brute_force"));
         detector->prepare(world.topology, world.frame);
@@ -499,7 +499,7 @@ std::string nothing_allocated(const ResponseMethod& who) {
 
 enum class Fault { none, gap, vertex, normal };
 
-/// A source whose contacts have a fault from some tick on.
+/// A contact generator whose contacts have a fault from some tick on.
 class Faulty final : public ContactGenerator {
 public:
     Faulty(std::unique_ptr<ContactGenerator> source, Fault fault) : source_(std::move(source)), fault_(fault) {}
@@ -551,7 +551,7 @@ std::string faulty_contacts_have_a_name(const ResponseMethod& who) {
     // Native contacts leave unset what their library does not report.
     if (who.source != "native") expect(Fault::gap, OutcomeKind::not_finite, "contacts: a gap");
     expect(Fault::vertex, OutcomeKind::threw, "contacts: a vertex");
-    // A normal that points the other way is a contact like others: it may pull, or blow the tissue up, by name.
+    // A contact whose normal points the other way is like others: it may pull, or blow the tissue up, by name.
     const Outcome turned = outcome_with(who, Fault::normal, failures);
     if (!turned.ok() && turned.kind != OutcomeKind::unstable && turned.kind != OutcomeKind::not_finite)
         failures += fmt::format("a normal turned round: {} ({})\n", name_of(turned.kind), turned.message);

@@ -16,7 +16,7 @@ namespace trocar::test {
 struct ResponseMethod {
     std::string method;  ///< as on a command line
     std::string source;
-    /// "hold_tracked_proximity", "thesis_profile_corrected_intersection": as tests are called.
+    /// "unilateral_tracked_proximity", "thesis_profile_corrected_intersection": names of tests.
     [[nodiscard]] std::string name() const;
 };
 inline void PrintTo(const ResponseMethod& who, std::ostream* stream) { *stream << who.name(); }
@@ -24,7 +24,7 @@ inline void PrintTo(const ResponseMethod& who, std::ostream* stream) { *stream <
 /// Without the controls, and without native contacts where this build has no detector that reports any.
 std::vector<ResponseMethod> response_methods();
 
-/// A detector that can say what the source wants; empty where this build has none.
+/// A detector that can answer what the generator wants; empty where this build has none.
 std::string detector_for(const ContactGeneratorEntry& source);
 
 /// A shipped scene whose scripts run `faster` times as fast.

@@ -128,7 +128,7 @@ TEST(OccupancyKernels, TrianglesAreChosenByTheirFirstCornersMarkAndTheirWidth) {
 }
 
 TEST(OccupancyKernels, SidesReportWhetherATrianglesBoxOverlapsOneOfTheBoxes) {
-    // Second source: the smallest and largest coordinate of the three corners against each box.
+    // Second derivation: the smallest and largest coordinate of the three corners against each box.
     std::mt19937 random(9);
     std::uniform_real_distribution<double> anywhere(-0.5, 0.5);
     constexpr std::size_t count = 301;

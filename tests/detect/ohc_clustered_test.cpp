@@ -216,17 +216,17 @@ TEST(OhcClustered, WhatRestsCostsALookAndNoMore) {
         const auto detector = make_detector("ohc_clustered", {{"order", order}});
         detector->prepare(world.topology, world.frame);
         EXPECT_GT(tick(*detector, world.frame).work.triangle_tests, 0);
-        // Not reported what moved: all vertices are examined, and that is all.
+        // Without moved ranges all vertices are read, and nothing else.
         const ContactSet compared = tick(*detector, world.frame);
         EXPECT_EQ(compared.pairs, expected);
         EXPECT_EQ(compared.work.vertices_read, world.topology.vertex_count);
         EXPECT_EQ(compared.work.work(), world.topology.vertex_count);
-        // Reported that nothing moved: nothing at all.
+        // An empty list of moved ranges: no work at all.
         world.frame.moved = std::vector<Range>{};
         const ContactSet rested = tick(*detector, world.frame);
         EXPECT_EQ(rested.pairs, expected);
         EXPECT_EQ(rested.work.work(), 0);
-        // Reported a range that stayed after all: the blocks that hold it are examined as a whole.
+        // A listed range that rested: the blocks that hold it are examined as a whole.
         const BodyRange& range = world.topology.bodies[1];
         world.frame.moved = std::vector<Range>{{range.vertices.first, 20}};
         const ContactSet searched = tick(*detector, world.frame);
@@ -328,7 +328,7 @@ TEST(OhcClustered, AnyMotionOfAnyPartIsAnswered) {
                 EXPECT_EQ(tick(*detector, broken).outcome.kind, OutcomeKind::not_finite);
             }
             if (report) world.frame.moved = moved;
-            if (step % 7 == 3) detector->update(world.frame, 0.0);  // a second examine the same frame changes nothing
+            if (step % 7 == 3) detector->update(world.frame, 0.0);  // a second update on the frame changes nothing
             const ContactSet contacts = tick(*detector, world.frame);
             const ContactSet expected = tick(*truth, world.frame);
             ASSERT_EQ(contacts.pairs, expected.pairs) << "seed " << seed << ", step " << step;
@@ -472,7 +472,7 @@ TEST(OhcClustered, WhatBeginsBetweenFramesIsReportedInEveryTick) {
         for (int step = 0; step < 16; ++step) {
             Frame& frame = world.frame;
             frame.previous = frame.position;
-            // Every fourth tick all rest, every fifth one the way is unknown; jumps between.
+            // Every fourth tick all rest, every fifth one the motion is unknown; jumps between.
             if (step % 4 != 3) {
                 for (const BodyRange& body : world.topology.bodies) {
                     if (body.kind == BodyKind::rigid) continue;

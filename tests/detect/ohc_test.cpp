@@ -180,7 +180,7 @@ struct BoxedBodies {
 };
 
 TEST(MeetingBoxes, KeepEveryTriangleThatReachesIntoAnotherBodysBoxAndWithFewNeighboursNoOther) {
-    // Second source: each triangle's box against the box of every body that its own may hit.
+    // Second derivation: each triangle's box against the box of every body that its own may hit.
     const auto may_hit = [](Index a, Index b) { return (a + b) % 3 != 0; };
     std::size_t crowded = 0;
     std::size_t ruled_out = 0;

@@ -11,7 +11,7 @@
 namespace trocar::test {
 namespace {
 
-/// As FloatFrame reports.
+/// As FloatFrame converts.
 float in_float(double x, double origin, double scale) { return static_cast<float>((x - origin) * scale); }
 
 TEST(GrownBoxes, OverlapAllThatComesWithinQueryDistance) {

@@ -28,7 +28,7 @@ MovingTriangle moving(const World& world, Index triangle) {
     return result;
 }
 
-/// Every pair of the listed bodies by a double loop: apart at the frame before, met on the way.
+/// Every pair of the listed bodies by a double loop: apart at the frame before, met within the tick.
 std::vector<SweptContact> expected_beginnings(const World& world) {
     std::vector<SweptContact> result;
     for (const auto& [first, second] : world.topology.body_pairs) {
@@ -217,7 +217,7 @@ TEST_P(Swept, LimitsAreKeptAndReported) {
 }
 
 TEST(OhcSwept, APairIsAsMuchWorkWithoutLimitsAsUnderOneThatCutsNothing) {
-    // Two ways through the code, of which the limited one spends a unit before each step: budgets are chosen by the
+    // Two paths through the code, of which the limited one spends a unit before each step. Budgets are chosen by the
     // work that runs without limits report.
     World world = make_world(
         "pair", {{BodyKind::instrument, triangle({0.001, 0.002, -0.002}, {0.003, 0.002, 0.01}, {0.001, 0.004, 0.01})},

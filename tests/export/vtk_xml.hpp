@@ -116,7 +116,7 @@ inline std::string from_base64(const std::string& text) {
     return bytes;
 }
 
-/// Values of an inline binary array; its own head must report its size.
+/// Values of an inline binary array; its own head must state its size.
 template <typename Value>
 std::vector<Value> values_of(const XmlElement& array) {
     const std::map<std::size_t, std::string> type{{8, std::is_integral_v<Value> ? "Int64" : "Float64"},

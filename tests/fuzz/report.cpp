@@ -20,7 +20,7 @@ void trocar::fuzz::report(std::string_view input) {
         }
     }
     if (records.empty()) return;
-    // Most of a report compares: whoever is alone gets a baseline.
+    // Most of a report compares: a method that is alone gets a baseline.
     Record baseline = records.front();
     baseline.spec.response = "another";
     records.push_back(std::move(baseline));

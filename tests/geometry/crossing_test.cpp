@@ -313,7 +313,7 @@ TEST(Moller, FailsWhereTheReferenceFails) {
     EXPECT_TRUE(moller_intersect(here, there));
 }
 
-/// As stated at interval_intersect, with size for the query distance of both triangles.
+/// As stated at interval_intersect, with size for the largest distance of a corner of both triangles.
 double tolerance(const TrianglePairCase& pair) {
     double query_distance = 0.0;
     for (const Corners* t : {&pair.first, &pair.second}) {

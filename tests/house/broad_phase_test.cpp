@@ -1,5 +1,5 @@
-// Who finds what is near: detectors, and nobody after them. A response or a source that searched for itself would not
-// notice what its detector misses (CONTACT §1). What a search is made of is known by its words.
+// Who finds what is near: detectors, and nobody after them. A response or a contact generator that searched for itself
+// would not notice what its detector misses (CONTACT §1). What a search is made of is known by its words.
 #include <gtest/gtest.h>
 
 #include <filesystem>

@@ -416,8 +416,8 @@ TEST(DepthTruth, TipBeyondAHoleWhoseRimIsInsideTheShaftIsUndecidedAndTheRimHasTh
 }
 
 TEST(DepthTruth, HookRoundTheRimStartsOnTheRightSide) {
-    // A C of boxes grips round the rim x = 50 mm with one arm above the sheet and one below, and never meets it: the
-    // straight way from arm to arm leads through the sheet, the way over the hook does not.
+    // A C of boxes encloses the rim x = 50 mm with one arm above the sheet and one below, and never meets it: the
+    // straight path from arm to arm goes through the sheet, the path over the hook does not.
     Shape hook;
     const auto ring = [&hook](double x, double z) {
         for (const auto& [y, out] :

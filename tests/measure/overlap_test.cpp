@@ -108,7 +108,7 @@ TEST(Overlap, BodyInASlotComesOutIntoTheSlot) {
     const Overlap overlap = overlap_of(block({-0.5, 0.2, -0.5}, {0.5, 1.2, 0.5}), slot);
     EXPECT_NEAR(overlap.min_translation, 0.2, 1e-12);
     EXPECT_LT((overlap.direction - Vector3(0, -1, 0)).norm(), 1e-12);
-    // Too long for the slot: out of the upper wall is into the lower one, so the way leads on through all of it.
+    // Too long for the slot: out of the upper wall is into the lower one, so the path goes on through all of it.
     const Overlap stuck = overlap_of(block({-0.5, -0.95, -0.5}, {0.5, 1.2, 0.5}), slot);
     EXPECT_NEAR(stuck.min_translation, 2.0 - -0.95, 1e-12) << "up through the upper wall";
 }

@@ -174,7 +174,7 @@ TEST(PassageTruth, WhereABodyHasItsOriginMakesNoDifference) {
 }
 
 TEST(PassageTruth, ABodyIsAsDeepAsOneOfItsWallsIsThick) {
-    // A slanted way through a plate, far from the plate's edges, is 10.7 mm long and nowhere more than 3 mm deep. That
+    // A slanted path through a plate, far from the plate's edges, is 10.7 mm long and nowhere more than 3 mm deep. That
     // makes a passage because the plate is no deeper anywhere; a second plate far below, of the same body, changes
     // nothing.
     const std::string second = R"(,{"shape":"box","size":[0.06,0.06,0.006],"edge":0.06,"pose":[0,0,-0.1,0,0,0]})";

@@ -1,4 +1,4 @@
-// A world reported anew is the same world: corner by corner and spring by spring.
+// A permuted world is the same world: corner by corner and spring by spring.
 #include "measure/permutation.hpp"
 
 #include <gtest/gtest.h>

@@ -128,7 +128,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
     return text.replace(at, from.size(), to);
 }
 
-/// With file and line, and `place` in what is reported.
+/// With file and line, and `place` in the message.
 void expect_refused(const std::string& line, const std::string& place) {
     try {
         record_from_json_line(line, "records.jsonl", 12);

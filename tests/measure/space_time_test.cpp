@@ -144,7 +144,7 @@ TEST(SpaceTime, SeesWhatDenseSamplingOfTheMotionSees) {
                 matrix->col(v) = random_vector(number, random);
             }
         }
-        // Small triangles on long ways: the other corners stay near the first.
+        // Small triangles on long paths: the other corners stay near the first.
         for (Index t = 0; t < world.topology.triangle_count(); ++t) {
             for (int k = 1; k < 3; ++k) {
                 for (Matrix3X* matrix : {&world.frame.position, &world.frame.previous}) {

@@ -72,7 +72,8 @@ TEST(Analytic, PointOnAPlaneSpringRestsWhereTheSpringsBalance) {
 
 TEST(Analytic, OperatorAtRestOnTissueHoldsTheForceOfItsSpring) {
     // i2t_operator_press: from 0.5 s to 0.8 s the operator stands 6 mm past the sheet. What rests has no sum of forces,
-    // so the contact carries 300 N/m times the way that the shaft stays behind the operator, whatever the response.
+    // so the contact carries 300 N/m times the distance that the shaft stays behind the operator, whatever the
+    // response.
     const Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes/i2t_operator_press.json", {});
     const Range tool = scene.topology.bodies[0].vertices;
     for (const char* method : {corrected, faithful, "penalty", "impulse"}) {
@@ -101,8 +102,8 @@ struct Impact {
 class ImpactOnAPlane : public testing::TestWithParam<Impact> {};
 
 TEST_P(ImpactOnAPlane, IsADampedOscillator) {
-    // Operator: 0.1 kg, hand 300 N/m and 3 N s/m towards a target that jumps at t = 0, own damping 1 N s/m. From the
-    // first contact on: m z'' + (1 + 3 + mu) z' + (300 + k) z = 300 z_target, until it parts.
+    // Operator: 0.1 kg, virtual coupling of 300 N/m and 3 N s/m towards a target that jumps at t = 0, own damping 1 N
+    // s/m. From the first contact on: m z'' + (1 + 3 + mu) z' + (300 + k) z = 300 z_target, until it parts.
     const auto [press, k, mu] = GetParam();
     const Scene scene = test::scene_from_text(needle_on_block(press, k, mu));
     Simulation simulation = simulate(scene, "unilateral");

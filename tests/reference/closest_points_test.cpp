@@ -119,7 +119,7 @@ TEST(SignedDistance, ToABoxIsItsClosedForm) {
 }
 
 TEST(SignedDistance, ToSharpTetrahedraHasTheSignOfTheirPlanes) {
-    // Where faces meet at less than a right angle, one face alone cannot report on which side of the edge a point is.
+    // Where faces meet at less than a right angle, one face alone does not decide on which side of the edge a point is.
     std::mt19937 random(11);
     std::uniform_real_distribution<double> uniform(-1.0, 1.0);
     Triangles t(3, 4);

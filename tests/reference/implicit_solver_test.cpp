@@ -488,7 +488,7 @@ TEST(BuildReference, StoresForceAndPlacesFromTheStartOnAndTheSmallestGap) {
     }
     EXPECT_GT(hard.worst_gap, 0.0);
     EXPECT_LE(hard.worst_gap, hard.rest_gap);
-    // All corners go the same way and are closer to each other than places are reported.
+    // All corners take the same path and are closer to each other than the precision of stored places.
     ASSERT_EQ(hard.points.size(), 1U);
     const Index point = hard.points[0];
     EXPECT_TRUE(point >= 4 && point < 7) << point;
@@ -503,8 +503,8 @@ TEST(BuildReference, StoresForceAndPlacesFromTheStartOnAndTheSmallestGap) {
 }
 
 TEST(BuildReference, RefinementsAreComparedUpToTheLastTick) {
-    // The plate comes down in the last 6 of 30 ms, so that of the force at 0, 10, 20 and 30 ms the last alone reports
-    // steps apart: those of 4 ms end at 28 ms, 1 mm and 3 · 80 · 0.001 N before the others.
+    // The plate comes down in the last 6 of 30 ms, so that of the force at 0, 10, 20 and 30 ms the last alone
+    // distinguishes steps: those of 4 ms end at 28 ms, 1 mm and 3 · 80 · 0.001 N before the others.
     Scene scene = plate_on_springs(0.002, 80.0, 0.0, 0.05, 1000.0, 0.0);
     const Vector3 above(0.001, 0.002, 0.001);
     scene.bodies[0].motion->keys = {{.time = 0.0, .translation = above},

@@ -25,7 +25,7 @@ Json list(const std::vector<Vector3>& vectors) {
     return result;
 }
 
-/// Random numbers and a random rigid position correction, so that no axis is special.
+/// Random numbers and a random rigid transformation, so that no axis is special.
 class Draw {
 public:
     explicit Draw(unsigned seed) : engine_(seed) {

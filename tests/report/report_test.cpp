@@ -912,7 +912,7 @@ TEST(Report, AblationReportsWhatEachSwitchChangesAndWhatItDoesNot) {
                                       run("new:y=off", "y", "to with off", 0.25, "b")};
     const Report report = make_report(records);
     const std::string& markdown = test::whole(report);
-    // Both runs of a switch are reported in the same direction: without the correction, with it.
+    // Both runs of a switch are compared in the same direction: without the correction, with it.
     EXPECT_NE(markdown.find("| `x`: off → on | `new` | residual penetration, max (mm) | poke | 1.50 | 0.250 | × 6.00, "
                             "better | 1 of 1 | 0 of 1 | 2.00 |"),
               std::string::npos)
@@ -1178,7 +1178,7 @@ TEST(Report, CostBySizeIsOneChartPerFamilyAndStepperWithSizesAscending) {
 }
 
 TEST(Report, ASizeThatNoRunReportedStandsInARowOfItsOwn) {
-    // Who ran out of time reported no triangles.
+    // A method that ran out of time reported no triangles.
     const auto late = [](const std::string& scene) {
         Record record = sized(scene, 1, 1, "implicit");
         record.environment.erase("run.tissue_triangles");

@@ -84,7 +84,7 @@ inline Record synthetic(const SyntheticRun& run) {
     return record;
 }
 
-/// All that a report reports, page 1 and what stands behind it, as Markdown.
+/// All that a report says, page 1 and what stands behind it, as Markdown.
 inline std::string whole(const Report& report) { return to_markdown(report.document); }
 
 }  // namespace trocar::test

@@ -50,7 +50,7 @@ TEST(Equation37, HitLiesOnPathAndFaceAndOnlyInside) {
         const Vector3 from = random.next();
         const Vector3 to = random.next();
         const PathHit hit = path_hit(face, from, to);
-        // Second source: solve a + s (b - a) + t (c - a) = from + f (to - from).
+        // Second derivation: solve a + s (b - a) + t (c - a) = from + f (to - from).
         Matrix3 matrix;
         matrix << face[1] - face[0], face[2] - face[0], from - to;
         const Vector3 solution = matrix.fullPivLu().solve(from - face[0]);

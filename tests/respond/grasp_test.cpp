@@ -325,8 +325,7 @@ TEST(Grasp, TakesWhatTouchesTheJawsWithinTheirCylinderByEveryKindOfContact) {
     materials.mass.assign(6, 1e-4);
     materials.area.assign(6, 0.0);
     materials.tip.assign(2, tip);
-    // Of the tissue's corners the first is so far (m) along the jaws and to the side, the others are out of query
-    // distance.
+    // Of the tissue's corners the first is so far (m) along the jaws and to the side, the others are too far away.
     const auto held = [&](ContactCase kind, double along, double aside, double gap) {
         Frame frame;
         frame.position.resize(3, 6);

@@ -1,4 +1,4 @@
-// What the plain methods are reported a contact, from the definition of its kind.
+// What plain methods receive as a contact, from the definition of its kind.
 #include "respond/point_contacts.hpp"
 
 #include <gtest/gtest.h>

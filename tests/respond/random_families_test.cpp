@@ -185,7 +185,7 @@ double worst_depth(const Record& record) {
     return worst;
 }
 
-/// Deepest from the time on, m, on every fifth tick. Before it truth looks seldom: all that counts is asked afterwards.
+/// Deepest from the time on, m, on every fifth tick. Before it truth is asked seldom: all that counts comes afterwards.
 class LateDepth {
 public:
     LateDepth(const Scene& scene, double from) : truth_(scene.topology, scene.first), from_(from) {}

@@ -1,5 +1,5 @@
 // Stab-stop, stab-withdraw and stab-drag (METHODS §14, I26), on prepared sheets and organs and on the shipped scenes:
-// `unilateral` ends clear 200 ms after the last key or says rupture, the faithful one does not.
+// `unilateral` ends clear 200 ms after the last key or reports rupture; `faithful` does not.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ using test::make_shaft;
 using test::make_sheet;
 using test::Mesh;
 
-/// Largest way that a tool vertex (body 0) near the middle is below the tissue's upper surface, m.
+/// Largest distance of a tool vertex (body 0) near the middle below the tissue's upper surface, m.
 double deepest(const ClosedLoop& loop) {
     double most = 0.0;
     const Range tool = loop.topology.bodies[0].vertices;
@@ -156,8 +156,7 @@ TEST(UnilateralPress, BarThinnerThanTheMeshDoesNotPassBetweenItsOwnVertices) {
 
 TEST(UnilateralPress, BoxThatLandsFlatAndIsDraggedHasNoTissueAcrossItsRim) {
     // Twice as long edges as the sheet's: between the corners the sheet passes in by the bottom and out by a side, and
-    // no pair of triangles reports that the rim crosses the sheet's edges. It lands with its bottom in the sheet's
-    // plane.
+    // no pair of triangles shows that the rim crosses the sheet's edges. It lands with its bottom in the sheet's plane.
     for (const double edge : {0.005, 0.0025}) {
         ClosedLoop loop({LoopBody{.name = "box",
                                   .kind = BodyKind::instrument,

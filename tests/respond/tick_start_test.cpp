@@ -1,5 +1,5 @@
 // One meaning of time (CONTACT §2): what a response measures where scripts have moved already closes at the end of the
-// tick, not one tick's motion beyond it, and a load is the mean on the way there.
+// tick, not one tick's motion beyond it, and a contact force is the mean over the tick.
 #include <gtest/gtest.h>
 
 #include "method/registry.hpp"

@@ -183,7 +183,7 @@ TEST(UnilateralFriction, BarDrawnAlongTheEdgeThatItLiesOnHasFrictionByCoulombsLa
 }
 
 /// What a sheet of the loop's material carries at its strain limit round a tool with all triangles that it touches, N:
-/// tension E h (preload + limit) times the way round.
+/// tension E h (preload + limit) times the circumference.
 double strength(double radius, double edge) { return 38000.0 * 0.003 * (0.2 + 1.0) * 6.2832 * (radius + edge); }
 
 TEST(UnilateralRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueCanPress) {

@@ -65,9 +65,8 @@ bool starts_deep(const std::string& name) { return name.starts_with("i2t_deep_")
 class UnilateralOnShippedScenes : public testing::TestWithParam<std::string> {};
 
 /// One run answers both. Depth: no more than a twentieth of a millimetre at any tick. Force, against the stored hard
-/// reference: its own bound, or one part in a hundred of its peak, or one and a half times what was left before
-/// `unilateral`
-/// (`thesis:profile=corrected` of November 2026, as published then).
+/// reference: its own bound, or one part in a hundred of its peak, or one and a half times the stored error of
+/// `thesis:profile=corrected` (November 2026).
 TEST_P(UnilateralOnShippedScenes, LeavesNoMoreThanATwentiethOfAMillimetreAtAnyTickAndShowsTheForceOfHardContact) {
     const Scene scene = shipped(GetParam());
     const Record record = run_scene_with(scene, "unilateral");
@@ -75,7 +74,8 @@ TEST_P(UnilateralOnShippedScenes, LeavesNoMoreThanATwentiethOfAMillimetreAtAnyTi
     const auto is_clear = [&] { EXPECT_LE(worst_depth(record, starts_deep(GetParam()) ? 30 : 0), 5e-5); };
     if (GetParam() == "i2t_two_grasp") {
         // A jaw's vertex leaves one face of the fold for the next over their edge within a tick. The gap to the next
-        // one is reported along the way to that edge; the contact turns to the face's normal, along which less is left.
+        // one is measured along the path to that edge. The contact turns to the face's normal, along which less is
+        // left.
         test::expect_known_gap("0.073 mm, for five ticks", is_clear);
     } else {
         is_clear();
@@ -182,8 +182,7 @@ TEST(UnilateralOnBone, AToolDrivenThroughAPlateIsReportedToHavePassed) {
     EXPECT_EQ(record.summary.at("passed_through"), 1.0);
 }
 
-/// Two crossed shafts of 5 mm, one driven by an operator that would like to be `force` / 300 N/m below where they
-/// touch.
+/// Two crossed shafts of 5 mm, one driven by an operator whose target is `force` / 300 N/m below where they touch.
 Record crossed_shafts(double force) {
     const std::string part = R"({"shape":"shaft","radius":0.0025,"length":0.1,"edge":0.002,"pose":[0,0,-0.05,0,0,0]})";
     return run_scene_with(rigid_scene(fmt::format(R"({{"name":"first","kind":"instrument","closed":true,"parts":[{}],

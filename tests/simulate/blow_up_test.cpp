@@ -149,7 +149,8 @@ class BlowsUp : public testing::TestWithParam<BlowUpCase> {};
 
 /// What cannot be: more than all springs of the sheet at twice their length hold (0.6 J of 100 N/m × 5 mm each), five
 /// times its strain limit, or a force of more than 100 N on a membrane of 114 N/m × 0.4 m rim (E h times perimeter) at
-/// the modulus of the scenes; at the thousandfold modulus energy alone is asked: 1 J where 4 mm of way at 100 N is 0.4.
+/// the modulus of the scenes; at the thousandfold modulus energy alone is asked: 1 J where a path of 4 mm at 100 N is
+/// 0.4.
 bool has_blown_up(const Watched& unwatched) {
     return !unwatched.outcome.ok() || unwatched.most_strain > 5.0 || unwatched.most_force > 100.0 ||
            unwatched.created > 0.01;
@@ -281,7 +282,7 @@ struct TwoSprings {
 
 TEST(BlowUp, AToolBearsNoMoreThanAllSpringsCarryAndTheTissuesMassIsBrought) {
     // 2 Σ (k s L + T) L / √A, √A = 10 mm, with s = 1, 2 and 3: Σ = 0.012 + 0.022, 0.022 + 0.042, 0.032 + 0.062 N m; and
-    // 10 g that in a tick of 1 ms get the way of the tool.
+    // 10 g that in a tick of 1 ms get the displacement of the tool.
     const double endless = std::numeric_limits<double>::infinity();
     for (const auto& [limit, carried] : {std::pair{0.5, 6.8}, {1.0, 6.8}, {2.0, 12.8}, {3.5, 18.8}, {endless, 18.8}}) {
         for (const double path : {0.0, 1e-4, 3e-4}) {
@@ -313,7 +314,8 @@ TEST(BlowUp, WhatCanCarryNothingIsLeftAloneUntilItShowsAForce) {
 }
 
 TEST(BlowUp, AnEdgeIsStretchedNoFurtherThanItsLimitAndThePathOfWhatIsDriven) {
-    // The mean rest length is 15 mm: the edge of 10 mm shares the way with its neighbour, that of 20 mm does not.
+    // The mean rest length is 15 mm: the edge of 10 mm shares the displacement with its neighbour, that of 20 mm does
+    // not.
     for (const auto& [limit, strain] :
          {std::pair{0.5, 3.0}, {5.0, 5.0}, {std::numeric_limits<double>::infinity(), 3.0}}) {
         for (const bool touched : {false, true}) {

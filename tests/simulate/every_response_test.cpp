@@ -107,9 +107,9 @@ TEST_P(EveryResponse, EndsEveryTickWithANamedOutcome) {
             EXPECT_TRUE(simulation.outcome().ok() || (asserts && simulation.outcome().kind == OutcomeKind::threw) ||
                         (may_blow_up && simulation.outcome().kind == OutcomeKind::unstable))
                 << name << ": " << name_of(simulation.outcome().kind) << ", " << simulation.outcome().message;
-            // Open gaps of the sources. Eight times as fast, the tool of hover goes further in a tick than it is from
-            // the sheet, and a gap along a slanted normal closes though nothing touches. And `proximity` has no memory
-            // that edges have passed each other, which is all that happens in i2t_lay.
+            // Open gaps of the generators. Eight times as fast, the tool of hover goes further in a tick than it is
+            // from the sheet, and a gap along a slanted normal closes though nothing touches. And `proximity` has no
+            // memory that edges have passed each other, which is all that happens in i2t_lay.
             if (source.wants_query_distance && GetParam() == "hover") continue;
             if (source.name == "proximity" && GetParam() == "i2t_lay") continue;
             EXPECT_EQ(contacts > 0, GetParam() != "hover") << name;

@@ -1,5 +1,5 @@
-// The determinism metamorphic test: a method that is exact passes every question, one that is known to depend on an
-// order does not, and what does not apply is not reported.
+// The metamorphic test of determinism: an exact method passes every question. A method that is known to depend on an
+// order does not. Questions that do not apply are left out.
 #include "simulate/metamorphic.hpp"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// The same scene reported in metres and in millimetres differs by the rounding of its numbers. A method that has a
+// The same scene described in metres and in millimetres differs by the rounding of its numbers. A method that has a
 // reason for everything it decides shows the same force; one that lets rounding decide is named with its reason.
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ TEST(OwnResponses, MillimetresMakeNoDifference) {
     const Scene scene =
         read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "t2t_press.json", std::nullopt);
     const std::map<std::string, std::string> gaps = known_gaps();
-    constexpr double rounding = 1e-6;  // N, as in the determinism metamorphic test
+    constexpr double rounding = 1e-6;  // N, as in the metamorphic test of determinism
     std::size_t asked = 0;
     for (const ResponseEntry& entry : registry().responses()) {
         if (!entry.own) continue;

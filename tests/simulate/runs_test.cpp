@@ -66,7 +66,7 @@ RunSpec spec_of(const std::string& mode, const std::string& detector, const std:
 
 TEST(PassedThrough, IsCountedExactlyWhereTwoShaftsHaveChangedSidesAndTheRunEndsOk) {
     // Two shafts of 5 mm across each other, each driven by an operator of 300 N/m, pressed together by 2 to 8 N against
-    // a contact of 1000 N/m: what has changed sides is reported by their places alone.
+    // a contact of 1000 N/m: their places alone show whether they have changed sides.
     std::set<bool> seen;
     for (const double push : {1.0, 2.0, 5.0, 8.0}) {
         const Scene scene = test::scene_from_text(fmt::format(

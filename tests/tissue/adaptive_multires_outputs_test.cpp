@@ -1,4 +1,4 @@
-// The stepper `adaptive_multires` and effects that are rare in a run: position corrections beside contacts, tissue that
+// The stepper `adaptive_multires` and outputs that are rare in a run: position corrections beside contacts, tissue that
 // only a position correction holds, more contacts over several vertices than its preconditioner has room for, a tick
 // that fails, preparing anew. What it should give is what `implicit` gives, which steps the whole.
 #include <gtest/gtest.h>
@@ -116,8 +116,8 @@ TEST(AdaptiveMultiresOutputs, AContactOfAVertexThatIsPlacedHasTheGapThatItReport
 }
 
 TEST(AdaptiveMultiresOutputs, ContactsOverSeveralVerticesPressAsOnTheWholeTissueHoweverManyTheyAre) {
-    // Stiff contacts on three vertices each: 120, and more than the 256 that are put right in the
-    // preconditioner; those beyond it are in its blocks.
+    // Stiff contacts on three vertices each: 120, and more than the 256 that the preconditioner treats exactly. Those
+    // beyond are in its blocks.
     for (const std::size_t most : {std::size_t{120}, std::size_t{400}}) {
         const test::TissueSample s = disc(true);
         Stepped whole(s, exact_implicit());
@@ -144,8 +144,8 @@ TEST(AdaptiveMultiresOutputs, ContactsOverSeveralVerticesPressAsOnTheWholeTissue
 }
 
 TEST(AdaptiveMultiresOutputs, AContactThatTheStepItselfBringsAboutHasItsDamper) {
-    // Planes above vertices at rest that a force drives into them: nothing of the start reports that they will meet.
-    // The damper is twenty times what the spring gives in a step. Some stand so far that they are not met.
+    // Planes above vertices at rest that a force drives into them: nothing at the start shows that they will meet. The
+    // damper is twenty times what the spring gives in a step. Some stand so far that they are not met.
     const test::TissueSample s = disc(true);
     Stepped whole(s, exact_implicit());
     Stepped adaptive_multires(s, exact_adaptive_multires());
@@ -229,7 +229,8 @@ TEST(AdaptiveMultiresOutputs, LevelsOfTissueThatIsFoldedOntoItselfHaveSharesThat
 }
 
 TEST(TickContacts, AnchorsOfTheLastTickAreForgotten) {
-    // Five contacts rub; in the next tick there is one, which does not: the strongest of before has no number in it.
+    // Five contacts have friction. In the next tick there is one, which has none: the strongest of before has no number
+    // in it.
     std::vector<Vector3> points(5);
     for (std::size_t v = 0; v < 5; ++v) points[v] = Vector3(0.01 * static_cast<double>(v), 0.0, 0.0);
     const test::TissueSample s =

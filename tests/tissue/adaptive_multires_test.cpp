@@ -53,7 +53,7 @@ struct Press {
     ResponseOutput output = test::empty_output(s.topology);
     std::vector<Wrench> reaction{1};
     double friction = 0.0;
-    /// > 0: two faces press each vertex, tilted by so much (rad) along and against the way; they stay with it.
+    /// > 0: two faces press each vertex, tilted by so much (rad) along and against the motion; they stay with it.
     double tilt = 0.0;
     int placed_from = -1;  ///< tick in which a vertex far from the tool is put somewhere, and held for two more
     int tick = 0;
@@ -193,7 +193,7 @@ std::vector<ContactForce> given_at_once(const std::string& name, const Settings&
     const auto stepper = make_stepper(name, settings);
     stepper->prepare(s.topology, s.materials);
     std::vector<Wrench> reaction(1);
-    // The region is filled by some nodes a tick: out of query distance, the same contacts call them.
+    // The region is filled by some nodes a tick: contacts that are too far away to press activate the same nodes.
     ResponseOutput beyond = output;
     for (ContactForceLaw& contact : beyond.contacts) contact.gap = 1.0;
     for (int tick = 0; tick < 30; ++tick) {
@@ -339,7 +339,7 @@ TEST(AdaptiveMultires, ATighterBoundIsKeptAndALooserOneSavesWork) {
     const double tight = force_error(with("0.0025"), 0.0, 150).worst;
     EXPECT_LT(loose, 0.05);
     EXPECT_LT(tight, 0.0025);
-    // Looking closely at the interpolated part hides how far the fine region reaches.
+    // Close tracking of the interpolated part hides the extent of the fine region.
     const auto unseen = [](const char* error) {
         return force_error({{"whole", "0"}, {"error", error}, {"relaxations", "3"}}, 0.0, 150).worst;
     };
@@ -550,8 +550,8 @@ TEST(AdaptiveMultires, AsksForNoMemoryAfterWarmUp) {
 }
 
 TEST(AdaptiveMultires, FramesThatAreKnownAreWrittenWhereTheyChangeAndComeOutTheSame) {
-    // One reads through its frame at every tick and writes all of it. The other is reported that its frames, three that
-    // take turns as in a simulation, are as it has left them.
+    // One stepper reads its whole frame at every tick and writes all of it. The other may assume that its frames, three
+    // that take turns as in a simulation, are as it has left them.
     Press slow("adaptive_multires", with("0.05"));
     slow.placed_from = 60;
     const test::TissueSample& s = disc();

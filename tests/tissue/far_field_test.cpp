@@ -1,4 +1,4 @@
-// In which order the interpolated part is followed, and that all of it is.
+// The order in which interpolated vertices are relaxed, and that all of them are.
 #include "tissue/far_field.hpp"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@ namespace trocar {
 namespace {
 
 constexpr double edge = 0.002;  // m
-constexpr double tool = 0.006;  // m, how far it reaches from the middle
+constexpr double tool = 0.006;  // m, its extent from the middle
 
 /// With a body beside its middle, that reaches so far from it along all three axes (m).
 test::TissueSample disc_beside_a_tool(double reaches) {

@@ -169,7 +169,7 @@ TEST(Friction, OffByDefaultAndForgottenWithTheContact) {
 }
 
 TEST(Friction, WorkReportedIsThatOfTheWholeForceOnEveryVertexThatItMoves) {
-    // In one sub-step: force × weight × way of each vertex, normal force and friction together; where the other side
+    // In one sub-step: force × weight × path of each vertex, normal force and friction together; where the other side
     // is tissue, it takes the opposite.
     for (const bool two_tissues : {false, true}) {
         test::TissueSample s = test::make_tissue(

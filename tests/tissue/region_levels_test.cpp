@@ -14,7 +14,7 @@
 namespace trocar {
 namespace {
 
-/// Springs of rest length 0 pull by k times their way, so that all is linear and nothing is lost by sleeping.
+/// Springs of rest length 0 pull by k times their length, so that all is linear and interpolation loses nothing.
 class RegionLevels : public testing::Test {
 protected:
     RegionLevels() { region.start(); }

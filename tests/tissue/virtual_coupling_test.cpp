@@ -24,7 +24,7 @@ struct Pair {
         frame.previous = frame.position;
         frame.velocity = Matrix3X::Zero(3, 2);
     }
-    /// Load over one tick of 1 ms.
+    /// Wrench over one tick of 1 ms.
     Wrench advance(const Vector3& target, const ResponseOutput& output, const Wrench& external, int substeps) {
         DrivenOperator coupling{
             .model = &model, .bodies = {&body, 1}, .target = target, .external = external, .state = state};
@@ -108,7 +108,7 @@ TEST(VirtualCoupling, MomentIsThatOfTheContactForceAtItsPoint) {
 
 TEST(VirtualCoupling, MomentOfTheReactionIsTurnedRound) {
     // A fixed vertex with normal -z presses on the operator at (0.02, 0.01, 0), whose operator wants to be 4 mm below:
-    // the hand is pushed up.
+    // the operator is pushed up.
     Pair p;
     Wrench load;
     for (int tick = 0; tick < 3000; ++tick) {

@@ -17,7 +17,7 @@ bool has_browser() {
                "command -v python3 >/dev/null") == 0;
 }
 
-/// What drive_page.py reports a page; null when it fails.
+/// What drive_page.py reports of a page; null when it fails.
 nlohmann::json driven(const std::filesystem::path& page) {
     const TemporaryFolder folder;
     const std::string out = (folder.path() / "out").string();
