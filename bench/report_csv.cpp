@@ -48,7 +48,7 @@ const std::vector<CsvColumn>& columns() {
          [](const Row& r) { return whole(r.cell->spec.scene.instruments); }, true},
         {"order", "text", "neither", "Order of the vertices",
          [](const Row& r) { return std::string(name_of(r.cell->spec.scene.order)); }, true},
-        {"bodies", "1", "neither", "Number of bodies; 0: reported by tissues and instruments",
+        {"bodies", "1", "neither", "Number of bodies; 0: given by the columns tissues and instruments",
          [](const Row& r) { return whole(r.cell->spec.bodies); }},
         {"true_pairs", "1", "neither", "Median number of pairs that the exact oracle has",
          [](const Row& r) { return whole(r.cell->measurement.true_pairs); }},

@@ -304,8 +304,8 @@ Vector3 ContactScene::contact_centre(const Instrument& instrument) const {
     // Half-way along what lies under the surface, at the surface.
     const SineCosine lean = sine_cosine_of_degrees(hold_of(spec_).lean_degrees);
     const SineCosine yaw = sine_cosine_of_degrees(instrument.yaw_degrees);
-    const double query_distance = -0.5 * instrument.tip.z() * lean.sine / lean.cosine;
-    return {instrument.tip.x() + query_distance * yaw.cosine, instrument.tip.y() + query_distance * yaw.sine, 0.0};
+    const double extent = -0.5 * instrument.tip.z() * lean.sine / lean.cosine;
+    return {instrument.tip.x() + extent * yaw.cosine, instrument.tip.y() + extent * yaw.sine, 0.0};
 }
 
 void ContactScene::place_tissue(const Tissue& tissue, std::int64_t step, Matrix3X& position) const {

@@ -111,7 +111,8 @@ void compare_with_kept(const ContactBaseline& before, const ContactBaseline& aft
     finding.state = finding.difference->within(tolerance) ? FindingState::same : FindingState::changed;
     if (same_ticks && old.truth && now.truth && old.truth->ticks != now.truth->ticks) {
         finding.state = FindingState::changed;
-        finding.reason = fmt::format("contacts of {} frames are reported, {} were", now.truth->ticks, old.truth->ticks);
+        finding.reason =
+            fmt::format("contacts are recorded for {} frames, before for {}", now.truth->ticks, old.truth->ticks);
     }
 }
 

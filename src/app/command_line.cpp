@@ -243,7 +243,7 @@ int run_command(int argc, char** argv) {
     sub->add_option("records", table_options.records, "Folder of a report, or its records.jsonl")->required();
     sub->add_option(
            "--columns", table_options.columns,
-           "NAME[:UNIT],...: columns of results.csv (trocar schema figures reports the figures), numbers in UNIT "
+           "NAME[:UNIT],...: columns of results.csv (trocar schema figures lists the figures), numbers in UNIT "
            "(default: who, where and what is left over, missed and waited for)")
         ->delimiter(',');
     sub->add_option("--where", table_options.where,

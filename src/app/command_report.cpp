@@ -36,7 +36,7 @@ void print_text(const StudyComparison& found) {
         const FigureChange& change = found.changes[i];
         fmt::print("changed  {}: {}: {} -> {}\n", change.run, change.figure, change.before, change.after);
     }
-    if (found.changes.size() > most) fmt::print("… and {} more (--json reports all)\n", found.changes.size() - most);
+    if (found.changes.size() > most) fmt::print("… and {} more (--json lists all)\n", found.changes.size() - most);
     fmt::print("{} runs compared: {} figures changed; {} runs missing, {} extra, {} stale\n", found.compared,
                found.changes.size(), found.missing.size(), found.extra.size(), found.stale.size());
 }

@@ -106,10 +106,10 @@ struct FilteredPlane {
         const Vector3 u = t[1] - t[0];
         const Vector3 v = t[2] - t[0];
         normal = u.cross(v);
-        const double query_distance = std::max(largest(u), largest(v));
-        // The permanent has six products of at most `query_distance * query_distance` · |offset|; 2 % more covers its
+        const double extent = std::max(largest(u), largest(v));
+        // The permanent has six products of at most `extent * extent` · |offset|; 2 % more covers its
         // own rounding.
-        permanent_per_offset = 1.02 * 6.0 * (query_distance * query_distance);
+        permanent_per_offset = 1.02 * 6.0 * (extent * extent);
     }
 
     static double largest(const Vector3& v) {
@@ -120,11 +120,10 @@ struct FilteredPlane {
     [[nodiscard]] int side(const Vector3& p) const {
         const Vector3 offset = p - corners[0];
         const double determinant = offset.x() * normal.x() + offset.y() * normal.y() + offset.z() * normal.z();
-        const double query_distance = largest(offset);
+        const double extent = largest(offset);
         // In this order of factors the bound overflows, and so decides nothing, wherever the determinant might
         // overflow.
-        const double bound =
-            bound_3d * (permanent_per_offset * query_distance) + underflow_unit * (1.0 + query_distance);
+        const double bound = bound_3d * (permanent_per_offset * extent) + underflow_unit * (1.0 + extent);
         if (determinant > bound) return 1;
         if (determinant < -bound) return -1;
         return -orientation_sign(corners[0], corners[1], corners[2], p);  // a finer bound, then exact

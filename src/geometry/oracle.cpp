@@ -191,8 +191,8 @@ PairClass class_of(const std::vector<Point>& points, const BigTriangle& first, c
 double determinant(const Vector3& a, const Vector3& b, const Vector3& c) { return a.dot(b.cross(c)); }
 
 /// PairClass::disjoint or transversal where double arithmetic is certain, else empty. A determinant of three corner
-/// differences, each at most `query_distance` in every coordinate, has 6 terms of at most `query_distance`³. Its error
-/// is below 1e-14·`query_distance`³; the test requires ten times that.
+/// differences, each at most `extent` in every coordinate, has 6 terms of at most `extent`³. Its error
+/// is below 1e-14·`extent`³; the test requires ten times that.
 std::optional<PairClass> obvious_class(const Corners& first, const Corners& second) {
     Vector3 low = first[0];
     Vector3 high = first[0];
@@ -202,15 +202,14 @@ std::optional<PairClass> obvious_class(const Corners& first, const Corners& seco
             high = high.cwiseMax(p);
         }
     }
-    const double query_distance = (high - low).maxCoeff();
-    if (!(query_distance > 1e-90 && query_distance < 1e90)) return std::nullopt;
-    const double doubt = 1e-13 * query_distance * query_distance * query_distance;
+    const double extent = (high - low).maxCoeff();
+    if (!(extent > 1e-90 && extent < 1e90)) return std::nullopt;
+    const double doubt = 1e-13 * extent * extent * extent;
     const std::array<const Corners*, 2> triangle{&first, &second};
     for (std::size_t k = 0; k < 2; ++k) {
         // A normal component is certainly not zero: the triangle has an area.
         const Corners& t = *triangle[k];
-        if ((t[1] - t[0]).cross(t[2] - t[0]).cwiseAbs().maxCoeff() <= 1e-13 * query_distance * query_distance)
-            return std::nullopt;
+        if ((t[1] - t[0]).cross(t[2] - t[0]).cwiseAbs().maxCoeff() <= 1e-13 * extent * extent) return std::nullopt;
     }
     std::array<std::array<double, 3>, 2> height{};
     for (std::size_t k = 0; k < 2; ++k) {

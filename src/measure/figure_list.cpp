@@ -223,7 +223,7 @@ void add_outcome(std::vector<SummaryFigure>& list) {
          force},
         {"force_without_touch_m", "m", Better::lower,
          "Contact force at a distance: per body pair the largest clearance (the smaller of the tick's start and end) "
-         "in a tick with more than 1 % of the pair's peak force. n/a where forces of pairs are not distinguished, "
+         "in a tick with more than 1 % of the pair's peak force. n/a where forces of pairs are not known, "
          "where no tick had force, and where not every tick was judged",
          geometry},
         {"force_flips", "1", Better::lower, "Ticks on which the tool force turned by more than 90 degrees", force},

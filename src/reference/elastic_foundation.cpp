@@ -6,10 +6,10 @@
 namespace trocar {
 namespace {
 
-constexpr double kappa_default = 3e6;         ///< N/m³, METHODS §12
-constexpr double k_default = 1000.0;          ///< N/m, between bodies that do not deform
-constexpr double mu_default = 2.0;            ///< N s/m
-constexpr double open_query_distance = 0.01;  ///< m, points up to this far beyond an open sheet count
+constexpr double kappa_default = 3e6;  ///< N/m³, METHODS §12
+constexpr double k_default = 1000.0;   ///< N/m, between bodies that do not deform
+constexpr double mu_default = 2.0;     ///< N s/m
+constexpr double open_depth = 0.01;    ///< m, points up to this far beyond an open sheet count
 
 }  // namespace
 
@@ -20,10 +20,10 @@ void ElasticFoundation::for_each_sample(Foundation& foundation, const Matrix3X& 
     const SignedDistance& master = masters_[at(foundation.master)];
     const BodyRange& body = topology.bodies[at(foundation.slave)];
     const bool closed = topology.bodies[at(foundation.master)].closed;
-    Box query_distance = master.box();
+    Box extent = master.box();
     if (!closed) {
-        query_distance.min.array() -= open_query_distance;
-        query_distance.max.array() += open_query_distance;
+        extent.min.array() -= open_depth;
+        extent.max.array() += open_depth;
     }
     const auto moved_of = [&](Range range) {
         return (x - foundation.searched_from).middleCols(range.first, range.count).colwise().norm().maxCoeff();
@@ -40,7 +40,7 @@ void ElasticFoundation::for_each_sample(Foundation& foundation, const Matrix3X& 
         const auto corner = topology.triangles.col(t);
         Box box;
         for (int i = 0; i < 3; ++i) box.add(x.col(corner[i]));
-        if (!box.overlaps(query_distance)) continue;
+        if (!box.overlaps(extent)) continue;
         const std::size_t first = at(t - body.triangles.first);
         for (std::size_t p = 0; p < points; ++p) {
             double& clearance = foundation.clearance[first * points + p];
@@ -49,7 +49,7 @@ void ElasticFoundation::for_each_sample(Foundation& foundation, const Matrix3X& 
             const Vector3 place = w[0] * x.col(corner[0]) + w[1] * x.col(corner[1]) + w[2] * x.col(corner[2]);
             Box point;
             point.add(place);
-            if (!point.overlaps(query_distance)) continue;
+            if (!point.overlaps(extent)) continue;
             SurfacePoint near = master.nearest(topology.triangles, x, place);
             if (near.triangle < 0 || (!closed && near.beyond_rim)) continue;
             near.signed_distance *= foundation.side;
@@ -132,7 +132,7 @@ void ElasticFoundation::lay(Index slave, Index master, const ContactLaw& law, do
 /// depth that counts behind an open one.
 double ElasticFoundation::most_depth_of(Index master, const Matrix3X& x) const {
     const Topology& topology = scene_->topology;
-    if (!topology.bodies[at(master)].closed) return open_query_distance;
+    if (!topology.bodies[at(master)].closed) return open_depth;
     const SignedDistance& surface = masters_[at(master)];
     const BodyRange& body = topology.bodies[at(master)];
     const double size = (surface.box().max - surface.box().min).maxCoeff();

@@ -54,7 +54,7 @@ constexpr std::array watched{
     Watched{"detached", "grasped vertices that slipped", "", 1.0, 1.0, false},
     Watched{"ruptures", "ruptures", "", 1.0, 1.0, false}};
 
-constexpr double reporting_factor = 1.02;
+constexpr double significant_factor = 1.02;
 
 struct Change {
     std::string scene;
@@ -122,7 +122,7 @@ void compare(const Record& without, const Record& with, std::vector<Change>& cha
         const double after = summary_of(with, figure.key);
         if (std::isnan(before) || std::isnan(after)) continue;
         const double factor = factor_between(before, after, figure.floor);
-        if (factor < reporting_factor) continue;
+        if (factor < significant_factor) continue;
         const Better side = summary_figure(figure.key).better;
         const bool less = std::abs(after) < std::abs(before);
         const std::string unit = figure.unit[0] == '\0' ? std::string() : fmt::format(" ({})", figure.unit);
@@ -230,14 +230,14 @@ std::string factor_text(const Change& change) {
 
 /// Switches without any significant change, in both surroundings where it was turned in both.
 std::vector<std::string> silent_switches(const Ablation& ablation, bool to_the_bit) {
-    std::map<std::string, std::array<bool, 2>> reporting;  // any change, any change of a bit
+    std::map<std::string, std::array<bool, 2>> significant;  // any change, any change of a bit
     for (const Turned& one : ablation.turned) {
-        auto& found = reporting[one.parameter];
+        auto& found = significant[one.parameter];
         found[0] = found[0] || !one.changes.empty();
         found[1] = found[1] || one.same.size() < one.scenes;
     }
     std::vector<std::string> names;
-    for (const auto& [parameter, found] : reporting) {
+    for (const auto& [parameter, found] : significant) {
         if (!found[0] && found[1] != to_the_bit) names.push_back(code(parameter));
     }
     return names;
@@ -380,7 +380,7 @@ Table main_table(const Ablation& ablation) {
         "before the audit and signal figures, a failed run before all. Time: median tick with over without, geometric "
         "mean over the scenes, one process each: ratios near 1 mean nothing. A switch without effect alone may matter "
         "together with others or on a scene that reaches it.",
-        reporting_factor, code("src/report/ablation_section.cpp"));
+        significant_factor, code("src/report/ablation_section.cpp"));
     return table;
 }
 

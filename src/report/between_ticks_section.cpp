@@ -146,7 +146,7 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
     }
     by_ratio.note =
         "Columns: length of a tick over length of the contact, both from the space-time oracle, in bins of a factor of "
-        "two; for a body that crosses another this is v·dt / thickness. By chance: a examine the end of each tick "
+        "two; for a body that crosses another this is v·dt / thickness. By chance: one sample at the end of each tick "
         "finds a contact that lasts a part p of a tick with probability p, so 1 - p are missed.";
     draft.add(by_ratio);
     draft.figure("between_ticks_" + file_word(scene), chart,

@@ -92,7 +92,7 @@ void add_metamorphic(Draft& draft) {
         (spec.response.empty() ? detectors[spec.detector] : responses[spec.response])[spec.scene].push_back(&record);
     }
     if (detectors.empty() && responses.empty()) return;
-    draft.heading(2, "Determinism metamorphic test");
+    draft.heading(2, "Metamorphic test of determinism");
     Table table;
     table.caption = "Does a method answer the same question alike?";
     table.columns = {{"kind", false}, {"method", false}, {"scenes", false}};
@@ -119,8 +119,9 @@ void add_metamorphic(Draft& draft) {
     add_rows(responses, "response", response_cell);
     table.note = fmt::format(
         "yes = the same answer bit by bit; \"yes, to\" = up to rounding (at most {:g} mm and {:g} N over the whole "
-        "run), reported with how far off; no = reported with how far off: pairs that are in one of two answers only, "
-        "or the largest distance of a vertex and the largest difference of a load. Detectors: sets of pairs on about "
+        "run), with how far off; no = not the same, with how far off: pairs that are in one of two answers only, "
+        "or the largest distance of a vertex and the largest difference of a contact force. Detectors: sets of pairs "
+        "on about "
         "20 frames of each scene; triangles, their corners and the vertices of each body in a random order, all "
         "bodies in the opposite order, every pair of bodies alone in both orders, coordinates on a grid on which the "
         "shift by (16, -8, 4) m and the factor 1000 are exact. Responses: the whole closed loop on the contacts of "

@@ -290,7 +290,7 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
         std::string(response_order_text) +
         " A failed row is of the scenes that it finished. Force errors are against hard contact, median over scenes; "
         "p99 is of the slowest scene. Force without touch: the largest clearance in a tick with contact force; n/a "
-        "where a method's forces are not distinguished by pair. " +
+        "where a method's forces are not known by pair. " +
         (stride > 1 ? fmt::format("Depths were judged on every {}th tick only.", stride)
                     : std::string("Depths are of every tick.")) +
         others_text(rows, shown, detector) + replayed_only(draft);

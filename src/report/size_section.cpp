@@ -125,7 +125,7 @@ ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
 
 Table table_of(const std::map<Family, std::vector<Size>>& families) {
     Table table;
-    table.caption = "Median time per tick and stage against size, one thread where the stepper's name reports no more";
+    table.caption = "Median time per tick and stage against size, one thread where the stepper's name says no more";
     table.columns = {{"scene", false},           {"detector + response", false}, {"stepper", false},
                      {"tissue triangles", true}, {"sub-steps per tick", true},   {"n per process (ticks)", true},
                      {"whole tick (µs)", true}};
@@ -160,7 +160,7 @@ Table size_page(const Draft& draft) {
     std::set<std::string> steppers;
     for (const auto& [family, sizes] : families) steppers.insert(family.stepper);
     Table table;
-    table.caption = "Whole tick against size, median (µs), one thread where the stepper's name reports no more";
+    table.caption = "Whole tick against size, median (µs), one thread where the stepper's name says no more";
     table.columns = {{"scene", false}, {"detector + response", false}, {"tissue triangles", true}};
     for (const std::string& stepper : steppers) table.columns.push_back({code(stepper), true});
     struct Row {

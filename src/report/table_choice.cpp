@@ -175,7 +175,7 @@ private:
         const std::optional<Unit> to = unit_of(unit);
         if (!column.number || !from || !to || from->base != to->base) {
             throw InputError("--columns", "",
-                             fmt::format("a unit that {} can be reported in ({})", column.name, column.unit),
+                             fmt::format("a unit that {} can be printed in ({})", column.name, column.unit),
                              fmt::format("'{}'", unit));
         }
         wanted.unit = unit;

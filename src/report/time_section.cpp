@@ -142,7 +142,7 @@ void add_stages(Draft& draft) {
         "some scenes (advance needs tissue) is averaged over those. Rows of unlike numbers of scenes do not compare.";
     if (!chart.bars.empty()) {
         draft.figure("stages", draw(chart),
-                     "Where the time of a tick goes; numbers in the table below, which reports whose bars are of fewer "
+                     "Where the time of a tick goes; numbers in the table below, which says whose bars are of fewer "
                      "scenes.");
     }
     draft.add(std::move(table));

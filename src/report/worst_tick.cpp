@@ -83,20 +83,19 @@ std::string lines_of(const WorstTick::State& state, double most, double scale, d
 
 /// mm from the deepest place to the edge of a panel.
 double half_width(const WorstTick& seen, double most) {
-    double query_distance = std::max(2.5 * most, 6.0);
+    double extent = std::max(2.5 * most, 6.0);
     for (const WorstTick::State& state : seen.states) {
-        for (const auto& point : state.points)
-            query_distance = std::max({query_distance, std::abs(point[0]), std::abs(point[1])});
+        for (const auto& point : state.points) extent = std::max({extent, std::abs(point[0]), std::abs(point[1])});
     }
-    return std::min(query_distance * 1.1, 40.0);
+    return std::min(extent * 1.1, 40.0);
 }
 
 }  // namespace
 
 std::string draw(const WorstTick& seen) {
     const double most = deepest(seen);
-    const double query_distance = half_width(seen, most);
-    const double scale = panel_width / 2.0 / query_distance;
+    const double extent = half_width(seen, most);
+    const double scale = panel_width / 2.0 / extent;
     const double width = 12.0 + (panel_width + 12.0) * static_cast<double>(seen.states.size());
     const double height = panel_top + panel_height + 62.0;
     std::string out = fmt::format(
@@ -139,7 +138,7 @@ std::string draw(const WorstTick& seen) {
         text_at(12.0 + 5.0 * steps + 8.0, bar_y + 10,
                 fmt::format("depth 0 to {} mm; green: tissue, grey: tool, where nothing is deep", format_number(most)),
                 " font-size=\"12\"");
-    const double bar = query_distance > 15.0 ? 10.0 : query_distance > 7.0 ? 5.0 : 2.0;  // mm
+    const double bar = extent > 15.0 ? 10.0 : extent > 7.0 ? 5.0 : 2.0;  // mm
     out += fmt::format(
         "<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#1b2027\" "
         "stroke-width=\"2\"/>\n",

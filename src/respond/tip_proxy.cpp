@@ -70,10 +70,10 @@ void GodObject::place(const Topology& topology, const Matrix3X& position, std::s
 }
 
 void GodObject::collect_candidates(const Topology& topology, const Matrix3X& position, std::span<const Index> near,
-                                   const Vector3& centre, double query_distance) {
+                                   const Vector3& centre, double extent) {
     Box box;
-    box.add(centre - Vector3::Constant(query_distance));
-    box.add(centre + Vector3::Constant(query_distance));
+    box.add(centre - Vector3::Constant(extent));
+    box.add(centre + Vector3::Constant(extent));
     candidates_.clear();
     for (const Index t : near) {
         if (box_of(topology, position, t).overlaps(box)) candidates_.push_back(t);
@@ -201,9 +201,9 @@ const Vector3& GodObject::follow(const Topology& topology, const Matrix3X& posit
                                  const Vector3& device) {
     if (!placed_) place(topology, position, near, device);
     active_ = 0;
-    const double query_distance = (device - proxy_).norm();
+    const double extent = (device - proxy_).norm();
     // The proxy's distance from the device never grows.
-    collect_candidates(topology, position, near, device, query_distance + 3.0 * radius_);
+    collect_candidates(topology, position, near, device, extent + 3.0 * radius_);
     if (candidates_.empty()) {
         proxy_ = device;
         return proxy_;
@@ -296,10 +296,10 @@ void TipProxies::collect_around(const Topology& topology, const Frame& frame, co
     around_.clear();
     ++search_;
     const std::string& instrument = topology.bodies[at(tip.body)].instrument;
-    const double query_distance = (device - tip.object.proxy()).norm() + 3.0 * radius_;
+    const double extent = (device - tip.object.proxy()).norm() + 3.0 * radius_;
     Box between;
-    between.add(device - Vector3::Constant(query_distance));
-    between.add(device + Vector3::Constant(query_distance));
+    between.add(device - Vector3::Constant(extent));
+    between.add(device + Vector3::Constant(extent));
     const auto add = [&](Index t) {
         if (reached_[at(t)] == search_) return;
         reached_[at(t)] = search_;

@@ -44,7 +44,7 @@ std::string recording_schema() {
       "additionalProperties": false,
       "required": ["tick", "contacts"],
       "properties": {
-        "tick": {"type": "integer", "minimum": 0, "description": "Number of the frame, from 0; a frame without a line is one that nothing is reported"},
+        "tick": {"type": "integer", "minimum": 0, "description": "Number of the frame, from 0; a frame without a line is one without a report"},
         "contacts": {
           "description": "Empty: there were none. A pair of triangles may have several",
           "type": "array",

@@ -267,17 +267,17 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
 
 Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
     const std::int64_t ticks = ticks_of(scene, spec);
-    const ContactGeneratorEntry& source = registry().contact_generator(spec.contacts);
+    const ContactGeneratorEntry& generator = registry().contact_generator(spec.contacts);
     Record record = start_record(spec, ticks);
     const DetectorEntry& detector = registry().detector(parse_method(spec.detector).name);
     for (const std::string& reason :
-         {why_unreported(detector, source), why_unreadable(source, parse_method(spec.response))}) {
+         {why_unreported(detector, generator), why_unreadable(generator, parse_method(spec.response))}) {
         if (!reason.empty() && record.outcome.ok()) record.outcome = {OutcomeKind::unsupported, reason};
     }
     note_unstable_step(scene, spec, limits, record);
     SimulationSettings settings = settings_of(spec);
     settings.watched = limits.watched;
-    Simulation simulation(scene, detector_of(spec), response_of(spec), source, settings);
+    Simulation simulation(scene, detector_of(spec), response_of(spec), generator, settings);
     Judge judge(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials);
     // Needs the start and the end of every tick.
     std::optional<ForceWithoutTouch> untouched;
@@ -386,8 +386,8 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
     const std::unique_ptr<FrameSource> frames = scene_frames(scene, ticks);
     const std::unique_ptr<Detector> detector = neutral_pairs();
     detector->prepare(scene.topology, scene.first);
-    const std::unique_ptr<ContactGenerator> source = make_contact_generator("intersection");
-    source->prepare(scene.topology, scene.first);
+    const std::unique_ptr<ContactGenerator> generator = make_contact_generator("intersection");
+    generator->prepare(scene.topology, scene.first);
     FnvHash hash;  // of the hashes of all frames
     Frame frame;
     ContactSet given;
@@ -402,7 +402,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
             hash.add_word(frame.hash());
             detector->update(frame, 0.0);
             detector->detect(frame, given);
-            source->gather(frame, given);
+            generator->gather(frame, given);
             record.outcome = check_contacts(scene.topology, given);
             if (!record.outcome.ok()) break;
             tested.pairs.assign(given.pairs.begin(), given.pairs.end());
@@ -419,7 +419,7 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
             };
             const auto run_with = [&] {
                 const auto start = Clock::now();
-                source->gather(frame, tested);
+                generator->gather(frame, tested);
                 const auto middle = Clock::now();
                 with->respond(frame, scene.dt, tested, {}, output);
                 const auto end = Clock::now();

@@ -43,7 +43,7 @@ struct Simulation::State {
     const Scene& scene;
     std::unique_ptr<Detector> detector;
     std::unique_ptr<Response> response;
-    std::unique_ptr<ContactGenerator> source;
+    std::unique_ptr<ContactGenerator> generator;
     bool wants_query_distance = false;
     const StepperEntry& stepper_entry;
     std::unique_ptr<Stepper> stepper;  ///< null where no tissue moves
@@ -262,7 +262,7 @@ StepRow Simulation::step() {
     s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.query_distance); });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
     s.take_over_detection(row);
-    s.timed(Stage::contacts, row, [&] { s.source->gather(s.seen, s.contacts); });
+    s.timed(Stage::contacts, row, [&] { s.generator->gather(s.seen, s.contacts); });
     if (s.outcome.ok()) s.outcome = check_contacts(s.scene.topology, s.contacts);
 
     if (s.wants_query_distance) s.note_deep_edges();
@@ -304,16 +304,16 @@ StepRow Simulation::replay(const Frame& frame) {
     s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.query_distance); });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
     s.take_over_detection(row);
-    s.timed(Stage::contacts, row, [&] { s.source->gather(s.seen, s.contacts); });
+    s.timed(Stage::contacts, row, [&] { s.generator->gather(s.seen, s.contacts); });
     row.contacts_offered = static_cast<std::int64_t>(s.contacts.contacts.size());
     row.outcome = s.outcome.kind;
     return row;
 }
 
 Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, std::unique_ptr<Response> response,
-                       const ContactGeneratorEntry& source, const SimulationSettings& settings)
+                       const ContactGeneratorEntry& generator, const SimulationSettings& settings)
     : state_(std::make_unique<State>(
-          scene, std::move(detector), std::move(response), source,
+          scene, std::move(detector), std::move(response), generator,
           settings.stepper.name.empty() ? registry().default_stepper() : registry().stepper(settings.stepper.name),
           settings)) {
     State& s = *state_;
@@ -332,11 +332,11 @@ Simulation::Simulation(const Scene& scene, std::unique_ptr<Detector> detector, s
     }
     s.reaction.resize(scene.topology.bodies.size());
     s.load.resize(scene.topology.bodies.size());
-    s.contacts.native_wanted = source.wants_native;
+    s.contacts.native_wanted = generator.wants_native;
     try {
         s.detector->prepare(scene.topology, scene.first);
-        s.source = source.make(ParameterValues(source.name, source.parameters, {}));
-        s.source->prepare(scene.topology, scene.first);
+        s.generator = generator.make(ParameterValues(generator.name, generator.parameters, {}));
+        s.generator->prepare(scene.topology, scene.first);
         s.deepest_edges = s.query_distance.edge();  // no earlier tick
         if (s.response) s.response->prepare(scene.topology, scene.materials);
         if (s.response && scene.has_tissue()) {

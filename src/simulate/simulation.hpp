@@ -38,7 +38,7 @@ public:
     /// `source` needs one. A response output that the stepper does not support ends `unsupported`. An exception while a
     /// method is prepared sets outcome(), and every step then fails with it.
     Simulation(const Scene& scene, std::unique_ptr<Detector> detector, std::unique_ptr<Response> response,
-               const ContactGeneratorEntry& source, const SimulationSettings& settings = {});
+               const ContactGeneratorEntry& generator, const SimulationSettings& settings = {});
     ~Simulation();
     Simulation(const Simulation&) = delete;
     Simulation& operator=(const Simulation&) = delete;

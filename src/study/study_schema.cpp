@@ -44,9 +44,9 @@ std::string study_schema() {
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors", "responses"],
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"},
-        "detectors": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'judged': false, its runs are timed and not judged; what truth says of a run that moves alike, bit by bit, is reported them too"},
+        "detectors": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'judged': false, its runs are timed and not judged; what truth says of a run that moves alike, bit by bit, is taken for them too"},
         "responses": {"$ref": "#/$defs/methods", "description": "An entry that is an object may also hold 'detectors' and 'contacts': those of the part's that it runs with; default all"},
-        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["tracked_proximity"], "items": {"enum": ["native", "intersection", "proximity", "tracked_proximity"]}, "description": "Absent, a response that cannot work from tracked contacts runs on its own source, as in trocar run"},
+        "contacts": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["tracked_proximity"], "items": {"enum": ["native", "intersection", "proximity", "tracked_proximity"]}, "description": "Absent, a response that cannot work from tracked_proximity contacts runs on its own generator, as in trocar run"},
         "steppers": {"type": "array", "minItems": 1, "uniqueItems": true, "default": ["semi_implicit"], "items": {"type": "string", "description": "NAME[:key=value,...] as in trocar list"}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"},
@@ -115,7 +115,7 @@ std::string study_schema() {
         "detectors": {"$ref": "#/$defs/methods"}, "responses": {"$ref": "#/$defs/methods"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
     "metamorphic": {
-      "description": "Determinism metamorphic test: the same question asked twice, in a fresh process, with triangles and bodies in another order, a pair swapped, the origin moved, lengths in millimetres. Detectors on about 20 frames of each scene, responses (on the contacts of the first detector) in the closed loop. Records of these runs hold no single ticks",
+      "description": "Metamorphic test of determinism: the same question asked twice, in a fresh process, with triangles and bodies in another order, a pair swapped, the origin moved, lengths in millimetres. Detectors on about 20 frames of each scene, responses (on the contacts of the first detector) in the closed loop. Records of these runs hold no single ticks",
       "type": "object", "additionalProperties": false, "required": ["scenes", "detectors"],
       "properties": {
         "scenes": {"$ref": "#/$defs/scenes"}, "detectors": {"$ref": "#/$defs/methods"},

@@ -106,7 +106,7 @@ TEST_F(ExitStatus, RunIsThreeForAResponseThatFails) {
     EXPECT_NE((result.out + result.err).find("had enough"), std::string::npos) << result.out << result.err;
 }
 
-TEST_F(ExitStatus, AMetamorphicOfADetectorThatRefusesReportsTheRefusal) {
+TEST_F(ExitStatus, AMetamorphicTestOfADetectorThatRefusesReportsTheRefusal) {
     write("poke.json", test::poke_text());
     const std::string study = write("study.json", R"({"format":"trocar-study-2","name":"refused",
         "metamorphic":{"scenes":["poke.json"],"detectors":["liar:refuse=on"],"ticks":3}})");

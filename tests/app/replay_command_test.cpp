@@ -172,7 +172,7 @@ TEST_F(Replay, ContactsThatTheRecordingCarriesAreARowOfTheirOwn) {
     EXPECT_EQ(row["frames"][1]["pairs"], Json::array({{0, 1}}));
     EXPECT_EQ(row["frames"][1]["false_negatives"], 0);
     EXPECT_TRUE(row["frames"][1]["update_ns"].is_null());
-    EXPECT_EQ(row["frames"][2]["outcome"], "unsupported") << "nothing is reported it";
+    EXPECT_EQ(row["frames"][2]["outcome"], "unsupported") << "the detector gets no contacts";
     const Json all = Json::parse(run(text, "--detector all --json").out)["detectors"];
     EXPECT_TRUE(std::any_of(all.begin(), all.end(), [](const Json& one) { return one["name"] == "recorded"; }));
     EXPECT_EQ(Json::parse(run(text, "--detector ohc --json").out)["detectors"].size(), 1U);

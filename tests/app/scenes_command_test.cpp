@@ -92,7 +92,7 @@ TEST_F(ScenesCommand, ANameWithALetterTooFewTooManyOrWrongIsReportedItsNeighbour
     }
 }
 
-TEST_F(ScenesCommand, ANameIsReportedAtMostThreeThatHoldItAndNoneWhenAllAreFarAway) {
+TEST_F(ScenesCommand, ANameGetsAtMostThreeThatHoldItAndNoneWhenAllAreFarAway) {
     const std::string holding = run_program("run stab").err;  // four scenes have a stab in their names
     const std::size_t from = holding.find("(near: ");
     ASSERT_NE(from, std::string::npos) << holding;

@@ -143,8 +143,8 @@ Counted count_within_query_distance(const std::string& method) {
     Counted counted;
     drag_twice([&](const Frame& frame, bool warms_up) {
         // The same in both drags.
-        constexpr std::array<double, 4> reaches{0.0002, 0.0004, 0.0008, 0.0004};  // m
-        const double query_distance = reaches[static_cast<std::size_t>(frame.tick / 50 % 4)];
+        constexpr std::array<double, 4> query_distances{0.0002, 0.0004, 0.0008, 0.0004};  // m
+        const double query_distance = query_distances[static_cast<std::size_t>(frame.tick / 50 % 4)];
         const std::int64_t before = allocation_count();
         detector->update(frame, query_distance);
         detector->detect(frame, contacts);

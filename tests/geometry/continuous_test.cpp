@@ -415,7 +415,7 @@ TEST(FirstContact, SurfacesThatLandOnEachOtherAgreeWithTheIntegerPath) {
     EXPECT_LT(vertices, hits);
 }
 
-TEST(FirstContact, KindReportsVertexFromEdge) {
+TEST(FirstContact, KindDistinguishesVertexFromEdge) {
     const auto dropped = [](const std::array<Vector3, 3>& corners) {
         MovingTriangle t;
         for (std::size_t i = 0; i < 3; ++i) t[i] = moving(corners[i], corners[i] - Vector3(0, 0, 2));

@@ -315,12 +315,12 @@ TEST(Moller, FailsWhereTheReferenceFails) {
 
 /// As stated at interval_intersect, with size for the largest distance of a corner of both triangles.
 double tolerance(const TrianglePairCase& pair) {
-    double query_distance = 0.0;
+    double extent = 0.0;
     for (const Corners* t : {&pair.first, &pair.second}) {
-        for (const Vector3& corner : *t) query_distance = std::max(query_distance, (corner - pair.first[0]).norm());
+        for (const Vector3& corner : *t) extent = std::max(extent, (corner - pair.first[0]).norm());
     }
     std::array<Vector3, 2> unit;
-    double altitude = query_distance;
+    double altitude = extent;
     for (std::size_t k = 0; k < 2; ++k) {
         const Corners& t = k == 0 ? pair.first : pair.second;
         const Vector3 normal = (t[1] - t[0]).cross(t[2] - t[0]);
@@ -329,7 +329,7 @@ double tolerance(const TrianglePairCase& pair) {
         }
         unit[k] = normal.normalized();
     }
-    return 1e-12 + 1e-15 * query_distance * query_distance / (altitude * unit[0].cross(unit[1]).norm());
+    return 1e-12 + 1e-15 * extent * extent / (altitude * unit[0].cross(unit[1]).norm());
 }
 
 TEST(IntervalTest, IsRightWhereTheDataLeavesMoreThanItsTolerance) {

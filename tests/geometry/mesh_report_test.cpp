@@ -138,7 +138,7 @@ TEST(MeshReport, TwoTrianglesOnOneEdgeOfABookAreCountedByTriangles) {
     EXPECT_EQ(report.flipped_edges, 0);
 }
 
-TEST(MeshReport, RepeatedThinAndCollapsedTrianglesAreReportedApart) {
+TEST(MeshReport, RepeatedThinAndCollapsedTrianglesAreDistinguished) {
     const MeshReport report =
         report_mesh(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5, 0.9e-7, 0}, {0.5, -1.1e-7, 0}, {1, 0, 0}},
                               {{0, 1, 2}, {2, 0, 1}, {2, 1, 0}, {0, 1, 3}, {0, 4, 1}, {1, 5, 2}, {0, 0, 0}}));

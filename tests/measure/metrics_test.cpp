@@ -297,7 +297,7 @@ TEST(Summary, CountsAreSummedAndLoadsAreAtTheirLargest) {
     EXPECT_DOUBLE_EQ(figures.at("device_force_max_n"), std::sqrt(101.0));
 }
 
-TEST(FastPart, TwoTonesAreReportedApart) {
+TEST(FastPart, TwoTonesAreDistinguished) {
     // 10 Hz of amplitude 3 and 100 Hz of amplitude 1 over whole periods: mean squares 9/2 and 1/2.
     constexpr int n = 1001;
     std::vector<Vector3> force;

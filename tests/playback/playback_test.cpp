@@ -289,7 +289,7 @@ TEST(PlayRecording, ShowsTheFramesOfTheFileWithoutContacts) {
     EXPECT_TRUE(frames[1].tools.empty());
 }
 
-TEST(PlayRecording, EndsEarlyWhenReportedSoAndRefusesWhatIsNotFinite) {
+TEST(PlayRecording, EndsEarlyWhenAskedToAndRefusesWhatIsNotFinite) {
     const StretchedStrip strip;
     const test::TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "strip.trocrec";

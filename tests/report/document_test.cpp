@@ -8,7 +8,7 @@
 namespace trocar {
 namespace {
 
-TEST(FormatNumber, KeepsThreeDigitsAndReportsZeroFromUnknown) {
+TEST(FormatNumber, KeepsThreeDigitsAndDistinguishesZeroFromUnknown) {
     EXPECT_EQ(format_number(0.0), "0");
     EXPECT_EQ(format_number(std::numeric_limits<double>::quiet_NaN()), "n/a");
     EXPECT_EQ(format_number(std::numeric_limits<double>::infinity()), "inf");

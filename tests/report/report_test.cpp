@@ -532,7 +532,7 @@ TEST(Regression, MissingExtraAndStaleRunsFail) {
     EXPECT_FALSE(compare_studies({}, {}, 1.0).same()) << "nothing compared is no success";
 }
 
-TEST(Report, ReportsNotApplicableFromZeroAndFailure) {
+TEST(Report, DistinguishesNotApplicableFromZeroAndFailure) {
     std::vector<Record> records = three_methods();
     records.push_back(synthetic({.detector = "lost", .outcome = {OutcomeKind::absent, "lost: library not found"}}));
     records.push_back(synthetic({.scene = "liver", .outcome = {OutcomeKind::unsupported, "no data"}}));

@@ -83,7 +83,7 @@ TEST(TableChoice, RowsStandInTheOrderAskedForElseByTheColumnsShown) {
     EXPECT_NE(refusal({{}, {}, {"scenes"}}).find("scene"), std::string::npos);
 }
 
-TEST(TableChoice, RowsThatReadAlikeAreReportedApart) {
+TEST(TableChoice, RowsThatReadAlikeAreDistinguished) {
     const TableChoice unseen{{"scene", "residual_penetration_max_m"}, {"mode=closed_loop"}};
     const std::vector<std::string> notes = choose_table(records(), unseen).notes;
     ASSERT_EQ(notes.size(), 2U);

@@ -87,7 +87,7 @@ TEST_F(RunnerTest, RecordsComeInPlanOrder) {
     }
 }
 
-TEST_F(RunnerTest, ALongRunIsReportedOfWhileItRuns) {
+TEST_F(RunnerTest, ALongRunIsReportedWhileItRuns) {
     RunnerOptions long_run = options("1) sleep 2.5;;");
     std::map<const PlannedRun*, int> reported;
     std::map<const PlannedRun*, std::set<std::size_t>> done;
