@@ -34,9 +34,9 @@ struct SimulationSettings {
 class Simulation {
 public:
     /// The scene outlives the simulation. A null `response` means detection only: bodies follow their scripts and
-    /// tissue is static. `source` makes the contacts (Registry::source); the detector gets a query distance where
-    /// `source` needs one. A response output that the stepper does not support ends `unsupported`. An exception while a
-    /// method is prepared sets outcome(), and every step then fails with it.
+    /// tissue is static. `generator` makes the contacts (Registry::contact_generator); the detector gets a query
+    /// distance where `generator` needs one. A response output that the stepper does not support ends `unsupported`. An
+    /// exception while a method is prepared sets outcome(), and every step then fails with it.
     Simulation(const Scene& scene, std::unique_ptr<Detector> detector, std::unique_ptr<Response> response,
                const ContactGeneratorEntry& generator, const SimulationSettings& settings = {});
     ~Simulation();
@@ -60,7 +60,7 @@ public:
     /// Result of the last detect; contacts.contacts are those of the contact generator.
     [[nodiscard]] const ContactSet& contacts() const;
     [[nodiscard]] const ResponseOutput& output() const;
-    /// Forces of the contacts of effect() in the last step; input of the next response.
+    /// Forces of the contacts of output() in the last step; input of the next response.
     [[nodiscard]] const std::vector<ContactForce>& contact_forces() const;
     /// Contact load on every body, mean over the last tick; bodies of one operator share their sum.
     [[nodiscard]] const std::vector<Wrench>& body_loads() const;
