@@ -32,18 +32,18 @@ struct LayeredTissue {
     bool closed = false;
 };
 
-/// Open sheet, 2·half_width wide in y, folded about a bend at x = `half_width`. The layers extend from x =
-/// -`half_width` to x = `half_width` at z = 0 and z = -gap. Lengths in m.
-inline LayeredTissue make_fold(double half_width, double half_width, double gap, double edge) {
+/// Open sheet, 2·half_width wide in y, folded about a bend at x = `half_length`. The layers extend from x =
+/// -`half_length` to x = `half_length` at z = 0 and z = -gap. Lengths in m.
+inline LayeredTissue make_fold(double half_length, double half_width, double gap, double edge) {
     std::vector<std::array<double, 2>> path;  // x, z
-    const auto along = static_cast<int>(std::lround(2.0 * half_width / edge));
-    for (int i = 0; i <= along; ++i) path.push_back({-half_width + 2.0 * half_width * i / along, 0.0});
+    const auto along = static_cast<int>(std::lround(2.0 * half_length / edge));
+    for (int i = 0; i <= along; ++i) path.push_back({-half_length + 2.0 * half_length * i / along, 0.0});
     const auto turn = std::max(2, static_cast<int>(std::lround(std::numbers::pi * gap / 2.0 / edge)));
     for (int i = 1; i < turn; ++i) {
         const double angle = std::numbers::pi * i / turn;
-        path.push_back({half_width + 0.5 * gap * std::sin(angle), -0.5 * gap + 0.5 * gap * std::cos(angle)});
+        path.push_back({half_length + 0.5 * gap * std::sin(angle), -0.5 * gap + 0.5 * gap * std::cos(angle)});
     }
-    for (int i = 0; i <= along; ++i) path.push_back({half_width - 2.0 * half_width * i / along, -gap});
+    for (int i = 0; i <= along; ++i) path.push_back({half_length - 2.0 * half_length * i / along, -gap});
     const auto across = static_cast<int>(std::lround(2.0 * half_width / edge));
     const auto points = static_cast<Index>(path.size());
     LayeredTissue fold;
@@ -80,8 +80,8 @@ inline LayeredTissue make_bag(int n, double edge, double gap) {
     LayeredTissue bag;
     bag.closed = true;
     const Mesh sheet = make_sheet(n, edge);
-    const double half_width = 0.5 * n * edge;
-    const auto on_rim = [&](const Vector3& p) { return p.head<2>().cwiseAbs().maxCoeff() > half_width - 1e-9; };
+    const double half_length = 0.5 * n * edge;
+    const auto on_rim = [&](const Vector3& p) { return p.head<2>().cwiseAbs().maxCoeff() > half_length - 1e-9; };
     std::vector<Index> below;
     for (const Vector3& p : sheet.points) bag.mesh.points.emplace_back(p.x(), p.y(), on_rim(p) ? -0.5 * gap : 0.0);
     for (std::size_t v = 0; v < sheet.points.size(); ++v) {
