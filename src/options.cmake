@@ -83,7 +83,7 @@ trocar_precompiled_headers(trocar_folder_headers OBJECT LINK trocar_timed_option
 # Eigen and the command line are made of is compiled once. Off by default: one changed file compiles its neighbours anew.
 option(TROCAR_UNITY "Compile the files of a folder together" OFF)
 set(TROCAR_ALONE "" CACHE STRING "Source files, absolute, that are compiled alone all the same: those about to change")
-# trocar_together(TARGET [FILES]): FILES in one unit, 24 unless reported otherwise.
+# trocar_together(TARGET [FILES]): FILES in one unit, 24 unless a number is given.
 function(trocar_together target)
     set(files 24)
     if(ARGN)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # tests/fuzz/fuzz.sh MINUTES [TARGET…]: MINUTES of every target (or of those named), as many at a time as there are cores
-# or TROCAR_FUZZ_JOBS says; says how many inputs each has taken. Status 1 when one of them made a find, at which its
+# or TROCAR_FUZZ_JOBS says; prints how many inputs each has taken. Status 1 when one of them made a find, at which its
 # target stops; the input lies in build/fuzz/finds. What leads to new places in the code is kept in build/fuzz/corpus
 # for the next time.
 set -euo pipefail

@@ -106,7 +106,7 @@ class Mutant:
         return f"{self.path}:{self.line}: {self.rule}: {before}  →  {after}"
 
 
-def tracked_proximity(tree):
+def tracked_files(tree):
     """Files of the clone that stand in `tree` too, which is itself or the copy (under build, which git does not see)."""
     listed = subprocess.run(["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"], cwd=ROOT, check=True,
                             capture_output=True).stdout.decode()
@@ -114,7 +114,7 @@ def tracked_proximity(tree):
 
 
 def product_files(tree):
-    names = [n for n in tracked_proximity(tree) if re.match(r"(src|baselines)/.*\.[ch]pp$", n)]
+    names = [n for n in tracked_files(tree) if re.match(r"(src|baselines)/.*\.[ch]pp$", n)]
     texts = {n: (tree / n).read_text() for n in names}
     included = {}
     for text in texts.values():
@@ -166,7 +166,7 @@ def digest_of(text):
 
 def copy_tree(target):
     """What has changed alone is written, so that a second run builds little. Says whether anything had."""
-    names = set(tracked_proximity(ROOT))
+    names = set(tracked_files(ROOT))
     changed = False
     for name in names:
         source, copy = ROOT / name, target / name
@@ -184,7 +184,7 @@ def copy_tree(target):
 
 def tests_digest(tree):
     digest = hashlib.sha1()
-    for name in sorted(n for n in tracked_proximity(tree) if n.startswith("tests/")):
+    for name in sorted(n for n in tracked_files(tree) if n.startswith("tests/")):
         digest.update((tree / name).read_bytes())
     return digest.hexdigest()[:16]
 
