@@ -73,12 +73,11 @@ std::string what_is_done_blindly(const ResponseMethod& who, std::span<const Try>
 }
 
 TEST_P(BlindControl, NothingReportedIsNothingDone) {
-    expect_kept(GetParam().name(), "NothingReportedIsNothingDone", what_is_done_blindly(GetParam(), tries));
+    expect_kept(GetParam(), "NothingReportedIsNothingDone", what_is_done_blindly(GetParam(), tries));
 }
 
 TEST_P(BlindControl, NothingReportedIsNothingDoneFromADeepStart) {
-    expect_kept(GetParam().name(), "NothingReportedIsNothingDoneFromADeepStart",
-                what_is_done_blindly(GetParam(), deep_tries));
+    expect_kept(GetParam(), "NothingReportedIsNothingDoneFromADeepStart", what_is_done_blindly(GetParam(), deep_tries));
 }
 
 INSTANTIATE_TEST_SUITE_P(Every, BlindControl, testing::ValuesIn(response_methods()),

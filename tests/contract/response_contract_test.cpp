@@ -735,7 +735,7 @@ TEST_P(ResponseContract, Holds) {
     } catch (const std::exception& error) {
         failures = fmt::format("threw: {}", error.what());
     }
-    expect_kept(who.name(), check.name, failures);
+    expect_kept(who, check.name, failures);
 }
 
 INSTANTIATE_TEST_SUITE_P(Every, ResponseContract,

@@ -65,20 +65,11 @@ std::map<std::pair<std::string, std::string>, std::string> known_response_gaps()
     return known_gaps("response_contract");
 }
 
-/// The contact generator that ends a test's method name; the longest, since one may end another's.
-std::string generator_of(const std::string& method) {
-    std::string found;
-    for (const ContactGeneratorEntry& entry : registry().contact_generators()) {
-        if (method.ends_with("_" + entry.name) && entry.name.size() > found.size()) found = entry.name;
-    }
-    return found;
-}
-
-void expect_kept(const std::string& method, const std::string& check, const std::string& failures) {
+void expect_kept(const ResponseMethod& who, const std::string& check, const std::string& failures) {
     static const auto gaps = known_response_gaps();
-    auto gap = gaps.find({method, check});
+    auto gap = gaps.find({who.name(), check});
     // A gap of every response on a contact generator stands under its name alone.
-    if (gap == gaps.end()) gap = gaps.find({"*_" + generator_of(method), check});
+    if (gap == gaps.end()) gap = gaps.find({"*_" + who.source, check});
     if (gap == gaps.end()) {
         EXPECT_TRUE(failures.empty()) << failures;
     } else {

@@ -34,6 +34,6 @@ Scene quick_scene(const std::string& name, double faster);
 std::map<std::pair<std::string, std::string>, std::string> known_response_gaps();
 
 /// What to expect of a check: nothing failed, or, where the gap is known, that something still does.
-void expect_kept(const std::string& method, const std::string& check, const std::string& failures);
+void expect_kept(const ResponseMethod& who, const std::string& check, const std::string& failures);
 
 }  // namespace trocar::test

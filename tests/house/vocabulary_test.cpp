@@ -6,12 +6,12 @@
 #include <array>
 #include <cctype>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <set>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "support/program.hpp"
 
 namespace {
 
@@ -25,11 +25,6 @@ struct Word {
     Part part;
     std::size_t line;
 };
-
-std::string read(const std::filesystem::path& file) {
-    std::ifstream stream(file);
-    return {std::istreambuf_iterator<char>(stream), {}};
-}
 
 bool is_source(const std::filesystem::path& file) { return file.extension() == ".cpp" || file.extension() == ".hpp"; }
 
@@ -132,6 +127,7 @@ std::vector<std::filesystem::path> files_to_check() {
     for (const char* folder : {"src", "bench", "baselines", "tests", "docs", "scenes"}) {
         for (const auto& entry : std::filesystem::recursive_directory_iterator(root / folder)) {
             const std::filesystem::path& file = entry.path();
+            if (file.string().find("node_modules") != std::string::npos) continue;               // not the project's
             const bool reference = file.string().find("scenes/reference") != std::string::npos;  // stored numbers
             const bool is_text = file.extension() == ".md" || (file.extension() == ".json" && !reference);
             if (entry.is_regular_file() && (is_source(file) || is_text)) files.push_back(file);
@@ -145,8 +141,7 @@ TEST(Vocabulary, RetiredWordsStayOutOfCodeAndTexts) {
     std::string found;
     for (const std::filesystem::path& file : files_to_check()) {
         const std::string name = std::filesystem::relative(file, root).generic_string();
-        if (name.starts_with("src/web/source") || name.find("node_modules") != std::string::npos) continue;
-        for (const Word& word : words_of(read(file), is_source(file))) {
+        for (const Word& word : words_of(trocar::test::read_file(file), is_source(file))) {
             const bool retired = retired_words.contains(word.text) ||
                                  (word.part == Part::code && is_source(file) && retired_in_code.contains(word.text));
             if (retired && !is_allowed(name, word.text)) {
@@ -161,7 +156,7 @@ TEST(Vocabulary, EveryAllowedPlaceIsNeeded) {
     std::set<std::string_view> needed;
     for (const std::filesystem::path& file : files_to_check()) {
         const std::string name = std::filesystem::relative(file, root).generic_string();
-        for (const Word& word : words_of(read(file), is_source(file))) {
+        for (const Word& word : words_of(trocar::test::read_file(file), is_source(file))) {
             if (!retired_words.contains(word.text) && !retired_in_code.contains(word.text)) continue;
             for (const Allowed& one : allowed) {
                 if (name.starts_with(one.file) && (one.word.empty() || one.word == word.text)) needed.insert(one.file);
@@ -269,7 +264,7 @@ TEST(Vocabulary, CommentsOfPublicHeadersAreShortSentencesWithTheirSubjectFirst) 
     std::string found;
     for (const auto& entry : std::filesystem::recursive_directory_iterator(root / "src")) {
         if (entry.path().extension() != ".hpp") continue;
-        for (const auto& [line, sentence] : sentences_of(read(entry.path()))) {
+        for (const auto& [line, sentence] : sentences_of(trocar::test::read_file(entry.path()))) {
             if (sentence.find("NOLINT") != std::string::npos || sentence.starts_with("clang-format")) continue;
             const std::string where =
                 std::filesystem::relative(entry.path(), root).generic_string() + ":" + std::to_string(line);
