@@ -7,7 +7,6 @@
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "method/device.hpp"
-#include "method/registry.hpp"
 #include "scene/json_node.hpp"
 #include "simulate/overrides.hpp"
 #include "study/study.hpp"
