@@ -227,10 +227,10 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
     if (spec.mode == "replay") return run_replay(scene, spec, limits);
     if (spec.mode == "closed_loop" || spec.mode == "hard_case") return run_closed_loop(scene, spec, limits);
     if (spec.mode == "triangle_pair") return run_triangle_pair(scene, spec, limits);
-    throw InputError("run", "/mode",
-                     "replay, closed_loop, triangle_pair, work_precision, paced, cost_by_size, metamorphic or "
-                     "hard_case",
-                     fmt::format("'{}'", spec.mode));
+    throw InputError(
+        "run", "/mode",
+        "replay, closed_loop, triangle_pair, work_precision, paced, cost_by_size, metamorphic or hard_case",
+        fmt::format("'{}'", spec.mode));
 }
 
 Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {

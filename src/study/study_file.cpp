@@ -217,8 +217,8 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.paced &&
         !study.cost_by_size && !study.hard_cases && !study.metamorphic) {
         root.fail(
-            "at least one of the keys replay, closed_loop, triangle_pair, work_precision, paced, "
-            "cost_by_size, hard_cases, metamorphic",
+            "at least one of the keys replay, closed_loop, triangle_pair, work_precision, paced, cost_by_size, "
+            "hard_cases, metamorphic",
             "none of them");
     }
     for (const std::string& method : with) add_method(method, study);
