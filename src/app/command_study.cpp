@@ -32,7 +32,7 @@ std::string method(const RunSpec& spec) {
     if (!spec.response.empty()) text += (text.empty() ? "" : " + ") + spec.response;
     if (!spec.stepper.empty()) text += ", " + spec.stepper;
     if (spec.mode == "closed_loop") text += " (" + spec.contacts + ")";
-    if (!spec.point.empty()) text += " [" + spec.knob + (spec.knob.empty() ? "" : " ") + spec.point + "]";
+    if (!spec.point.empty()) text += " [" + spec.knob + " " + spec.point + "]";
     return text;
 }
 

@@ -281,13 +281,6 @@ Json rows_to_json(const std::vector<StepRow>& rows) {
     return json;
 }
 
-/// "from", "to", "from with VALUE" or "from; KEY=VALUE,… with VALUE": one of the two settings, and what of it is
-/// turned.
-bool is_ablation_point(const RunSpec& spec) {
-    const bool of_a_setting = spec.point.starts_with("from") || spec.point.starts_with("to");
-    return of_a_setting && (spec.knob.empty() || spec.point.find(" with ") != std::string::npos);
-}
-
 std::vector<StepRow> rows_from_json(const Reader& reader, const Json& json) {
     std::uint64_t count = 0;
     reader.read(reader.member(json, "/rows", "count"), "/rows/count", count);
@@ -442,10 +435,6 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
     reader.check_keys(spec, "/spec", known);
     if (!record.spec.query_distance_margin.empty()) {
         reader.check_number("/spec/query_distance_margin", record.spec.query_distance_margin, 0.0, 100.0);
-    }
-    if (record.spec.mode == "ablation" && !is_ablation_point(record.spec)) {
-        reader.fail("/spec/point", "'from' or 'to', with a knob also ' with ' and its value",
-                    Json(record.spec.point).dump().substr(0, 80));
     }
     reader.check_keys(
         json, "",

@@ -16,8 +16,7 @@ void add_environment(Draft& draft) {
     for (const Record& record : draft.records) {
         for (const auto& [key, value] : record.environment) {
             const std::string head = key.substr(0, key.find('.'));
-            if (head != "detector" && head != "response" && head != "absent" && head != "run" && head != "case" &&
-                head != "ablation")
+            if (head != "detector" && head != "response" && head != "absent" && head != "run" && head != "case")
                 keys.insert(key);
         }
     }
@@ -37,8 +36,7 @@ namespace {
 
 /// Whether the run turned a knob of its detector or response (kind): then its setting was nobody's choice.
 bool is_turned(const RunSpec& spec, const std::string& kind) {
-    if (spec.mode == "work_precision") return spec.knob.rfind(kind + ".", 0) == 0;
-    return spec.mode == "ablation" && kind == "response" && !spec.point.empty();
+    return spec.mode == "work_precision" && spec.knob.rfind(kind + ".", 0) == 0;
 }
 
 }  // namespace

@@ -87,7 +87,6 @@ std::vector<Table> tables_of(const Draft& draft) {
     for (const bool responses : {false, true}) {
         tables.push_back(first_of(hard_case_tally(draft, responses), "Hard cases"));
     }
-    tables.push_back(first_of(ablation_table(draft), "What each switch changes"));
     tables.push_back(first_of(paced_page(draft), "Paced loop"));
     tables.push_back(first_of(size_page(draft), "Cost by size"));
     std::erase_if(tables, [](const Table& table) { return table.rows.empty(); });
@@ -100,7 +99,6 @@ std::string sentence_of(const Draft& draft) {
         text = detector_sentence(make_verdict(draft.results, draft.reference, "replay", draft.results.scenes("replay")),
                                  draft);
     }
-    if (text.empty()) text = ablation_sentence(draft);
     if (text.empty()) text = hard_case_sentence(draft);
     return text.empty() ? work_precision_sentence(draft) : text;
 }

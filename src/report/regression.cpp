@@ -18,7 +18,7 @@ std::string name_of_run(const RunSpec& spec) {
     const Method method{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper};
     std::string text =
         fmt::format("{} {}: {}", spec.mode, spec.scene.empty() ? "all scenes" : spec.scene, method.label());
-    if (!spec.point.empty()) text += fmt::format(" [{}{}{}]", spec.knob, spec.knob.empty() ? "" : " ", spec.point);
+    if (!spec.point.empty()) text += fmt::format(" [{} {}]", spec.knob, spec.point);
     return text;
 }
 

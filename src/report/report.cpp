@@ -32,7 +32,6 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     add_all_methods(draft, overall);
     if (!has_verdict) add_hard_cases(draft);
     if (!has_verdict) add_metamorphic(draft);
-    if (!has_verdict) add_ablation(draft);
     if (!has_verdict) add_work_precision(draft);
     add_cost_by_size(draft);
     add_between_ticks(draft);
@@ -49,7 +48,6 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     add_contacts_and_forces(draft);
     add_outcome(draft);
     if (has_verdict) add_work_precision(draft);
-    if (has_verdict) add_ablation(draft);
     if (has_verdict) add_hard_cases(draft);
     if (has_verdict) add_metamorphic(draft);
     add_failures(draft);

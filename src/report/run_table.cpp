@@ -84,8 +84,7 @@ const std::vector<PlainColumn>& plain_after() {
     static const std::vector<PlainColumn> list{
         {word("setting", "Settings of the methods: default, recommended or tuned"),
          [](const Record& r) { return r.spec.setting; }},
-        {word("knob", "What a work-precision or ablation part turns; empty: nothing"),
-         [](const Record& r) { return r.spec.knob; }},
+        {word("knob", "What a work-precision part turns; empty: nothing"), [](const Record& r) { return r.spec.knob; }},
         {word("point", "Where the knob stands"), [](const Record& r) { return r.spec.point; }},
         {RunColumn{"query_distance_margin", "mean edges", "neither",
                    "Margin of the query distance; empty: the default one", "specification", true},

@@ -140,13 +140,6 @@ void add_work_precision(Draft& draft);
 /// Empty without such a part.
 std::string work_precision_sentence(const Draft& draft);
 
-// ablation_section.cpp
-void add_ablation(Draft& draft);
-/// Empty without an ablation part.
-std::string ablation_sentence(const Draft& draft);
-/// Every switch with its largest effect; no rows without an ablation part.
-Table ablation_table(const Draft& draft);
-
 // thesis_section.cpp
 void add_thesis_table(Draft& draft);
 /// Table 2.1 of the thesis, with numbers where a response of the study represents a row.

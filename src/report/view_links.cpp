@@ -23,7 +23,7 @@ void insert_under_title(const std::string& title_end, const std::string& line, s
 }  // namespace
 
 bool can_be_viewed(const Record& record) {
-    static const std::set<std::string> modes{"closed_loop", "ablation", "hard_case"};
+    static const std::set<std::string> modes{"closed_loop", "hard_case"};
     const RunSpec& spec = record.spec;
     return modes.contains(spec.mode) && !spec.response.empty() && spec.overrides.empty() &&
            std::filesystem::path(spec.scene_file).extension() == ".json" && fact(record, "detector.control") != "yes" &&

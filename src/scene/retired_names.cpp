@@ -69,6 +69,7 @@ constexpr auto retired = std::to_array<RetiredName>({
     {NameKind::scene_key, "tissue", "bending", "tissue has no bending stiffness; leave it out"},
     {NameKind::scene_key, "operator", "hand_stiffness", "renamed to 'coupling_stiffness'"},
     {NameKind::scene_key, "operator", "hand_damping", "renamed to 'coupling_damping'"},
+    {NameKind::study_key, "", "ablation", "list the settings as responses of closed_loop"},
     {NameKind::study_key, "", "certificate", "renamed to 'metamorphic'"},
 });
 

@@ -219,7 +219,7 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
     if (spec.mode == "paced") return run_paced_loop(scene, spec, limits);
     if (spec.mode == "cost_by_size") return run_timed_loop(scene, spec, limits);
     if (spec.mode == "metamorphic") return run_metamorphic_test(scene, spec, limits);
-    if (spec.mode == "work_precision" || spec.mode == "ablation") {
+    if (spec.mode == "work_precision") {
         Record record = spec.response.empty() ? run_replay(scene, spec, limits) : run_closed_loop(scene, spec, limits);
         record.environment["run.dt_s"] = fmt::format("{}", scene.dt);
         return record;
@@ -229,8 +229,7 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
     if (spec.mode == "triangle_pair") return run_triangle_pair(scene, spec, limits);
     throw InputError(
         "run", "/mode",
-        "replay, closed_loop, triangle_pair, work_precision, ablation, paced, cost_by_size, metamorphic or "
-        "hard_case",
+        "replay, closed_loop, triangle_pair, work_precision, paced, cost_by_size, metamorphic or hard_case",
         fmt::format("'{}'", spec.mode));
 }
 

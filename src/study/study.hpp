@@ -81,33 +81,6 @@ struct WorkPrecisionPart {
     std::int64_t truth_stride = 1;
 };
 
-/// ResponseOutput of each switch between two settings of a response: changed alone in `from`, and changed back alone in
-/// `to`. An option is a parameter that neither setting turns on; it is turned on alone in both. Without `to` all
-/// switches are options of `from`. Contacts come from the default generator of `from`; the switch `source` changes it.
-struct AblationPart {
-    struct Switch {
-        std::string parameter;
-        std::string from;  ///< empty: an option
-        std::string to;
-        std::vector<std::string> scenes;  ///< subset of the part's scenes; empty: all
-        /// "key=value,…" set in both settings during this switch, as its precondition. Empty: nothing.
-        std::string with;
-        std::string silent_from;  ///< reason why it has no effect in `from` by construction; empty: it may have one
-        std::string silent_to;
-    };
-    std::vector<std::string> scenes;
-    StudyMethod detector;
-    StudyMethod from;
-    StudyMethod to;  ///< empty text: none
-    std::vector<Switch> switches;
-    std::int64_t ticks = 0;
-    std::int64_t repetitions = 1;
-    std::int64_t truth_stride = 1;
-};
-
-/// Name of the switch that changes the contact generator and is no parameter.
-inline constexpr const char* generator_switch = "contact_generator";
-
 /// Methods on scenes, each response with its default contact generator. The members of Study state how detectors and
 /// responses combine.
 struct LoopPart {
@@ -147,7 +120,6 @@ struct Study {
     std::optional<ClosedLoopPart> closed_loop;
     std::optional<TrianglePairPart> triangle_pair;
     std::optional<WorkPrecisionPart> work_precision;
-    std::optional<AblationPart> ablation;
     /// Every detector with every response in the closed loop, paced by the clock (simulate/paced.hpp).
     std::optional<LoopPart> paced;
     /// Every detector with every response and stepper on scenes of growing size: time per stage against tissue

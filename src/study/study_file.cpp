@@ -7,7 +7,6 @@
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "method/device.hpp"
-#include "method/registry.hpp"
 #include "scene/json_node.hpp"
 #include "simulate/overrides.hpp"
 #include "study/study.hpp"
@@ -87,60 +86,6 @@ WorkPrecisionPart read_sweeps(const JsonNode& node, const SceneFiles& files, std
     return part;
 }
 
-AblationPart read_ablation(const JsonNode& node, const SceneFiles& files, std::int64_t repetitions) {
-    expect_object(node, {"scenes", "detector", "from", "to", "switches", "ticks", "repetitions", "truth_stride"},
-                  {"scenes", "detector", "from", "switches"});
-    AblationPart part;
-    read_counts(node, repetitions, part);
-    part.scenes = read_scenes(node.at("scenes"), files);
-    part.detector = read_method(node.at("detector"), true);
-    part.from = read_method(node.at("from"), false);
-    if (node.has("to")) part.to = read_method(node.at("to"), false);
-    std::vector<StudyMethod> ends{part.from};
-    if (!part.to.text.empty()) ends.push_back(part.to);
-    for (const JsonNode& item : items_of(node.at("switches"))) {
-        expect_object(item, {"parameter", "from", "to", "scenes", "with", "silent"}, {"parameter", "to"});
-        AblationPart::Switch one{.parameter = item.at("parameter").text(),
-                                 .from = item.has("from") ? item.at("from").text() : std::string(),
-                                 .to = item.at("to").text(),
-                                 .scenes = {},
-                                 .with = item.has("with") ? item.at("with").text() : std::string(),
-                                 .silent_from = {},
-                                 .silent_to = {}};
-        if (item.has("with")) {
-            const JsonNode with = item.at("with");
-            try {
-                for (const auto& [key, value] : parse_method("method:" + one.with).parameters) {
-                    check_parameter(with, ends, false, key, value);
-                }
-            } catch (const InputError& error) {
-                with.fail("key=value,… of trocar list", error.what());
-            }
-        }
-        if (one.parameter == generator_switch) {
-            (void)read_contact_generator(item.at("to"));
-            if (item.has("from")) (void)read_contact_generator(item.at("from"));
-        } else {
-            check_parameter(item, {part.from}, false, one.parameter, one.to);
-            if (ends.size() > 1)
-                check_parameter(item, {part.to}, false, one.parameter, one.from.empty() ? one.to : one.from);
-        }
-        if (ends.size() < 2 && item.has("from"))
-            item.at("from").fail("no such key: without 'to' all switches are options");
-        if (const auto silent = item.find("silent")) {
-            silent->expect_keys({"from", "to"});
-            if (silent->has("from")) one.silent_from = silent->at("from").text();
-            if (silent->has("to")) one.silent_to = silent->at("to").text();
-        }
-        if (item.has("scenes")) {
-            for (const JsonNode& scene : items_of(item.at("scenes")))
-                one.scenes.push_back(scene_of(scene, part.scenes));
-        }
-        part.switches.push_back(std::move(one));
-    }
-    return part;
-}
-
 HardCasesPart read_hard_cases_part(const JsonNode& node, const std::filesystem::path& file) {
     expect_object(node, {"folder", "families", "detectors", "responses", "truth_stride"}, {"folder", "detectors"});
     HardCasesPart part;
@@ -196,11 +141,11 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     const std::string file_name = file.string();
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root = JsonNode(document, file_name).with_key_kind(NameKind::study_key);
-    expect_object(root,
-                  {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes",
-                   "replay", "closed_loop", "triangle_pair", "work_precision", "ablation", "paced", "cost_by_size",
-                   "hard_cases", "metamorphic"},
-                  {"format", "name"});
+    expect_object(
+        root,
+        {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes", "replay",
+         "closed_loop", "triangle_pair", "work_precision", "paced", "cost_by_size", "hard_cases", "metamorphic"},
+        {"format", "name"});
     root.at("format").expect_word(study_format);
 
     Study study;
@@ -265,16 +210,15 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
         study.triangle_pair = std::move(part);
     }
     if (root.has("work_precision")) study.work_precision = read_sweeps(root.at("work_precision"), files, repetitions);
-    if (root.has("ablation")) study.ablation = read_ablation(root.at("ablation"), files, repetitions);
     if (root.has("paced")) study.paced = read_loop(root.at("paced"), repetitions, files);
     if (root.has("cost_by_size")) study.cost_by_size = read_loop(root.at("cost_by_size"), repetitions, files);
     if (root.has("hard_cases")) study.hard_cases = read_hard_cases_part(root.at("hard_cases"), file);
     if (root.has("metamorphic")) study.metamorphic = read_metamorphic(root.at("metamorphic"), files);
-    if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.ablation &&
-        !study.paced && !study.cost_by_size && !study.hard_cases && !study.metamorphic) {
+    if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.paced &&
+        !study.cost_by_size && !study.hard_cases && !study.metamorphic) {
         root.fail(
-            "at least one of the keys replay, closed_loop, triangle_pair, work_precision, ablation, paced, "
-            "cost_by_size, hard_cases, metamorphic",
+            "at least one of the keys replay, closed_loop, triangle_pair, work_precision, paced, cost_by_size, "
+            "hard_cases, metamorphic",
             "none of them");
     }
     for (const std::string& method : with) add_method(method, study);

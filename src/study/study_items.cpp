@@ -41,6 +41,18 @@ StudyMethod check_method(const JsonNode& node, const std::string& text, const st
     return method;
 }
 
+/// The entry of `scenes` that the item gives, as path or as bare name.
+std::string scene_of(const JsonNode& item, const std::vector<std::string>& scenes) {
+    const std::filesystem::path given = item.text();
+    const bool as_it_stands = std::find(scenes.begin(), scenes.end(), item.text()) != scenes.end();
+    if (!as_it_stands && !given.has_parent_path()) {
+        for (const std::string& scene : scenes) {
+            if (std::filesystem::path(scene).stem() == given.stem()) return scene;
+        }
+    }
+    return item.word(scenes);
+}
+
 }  // namespace
 
 void expect_object(const JsonNode& node, const std::vector<std::string>& known,
@@ -56,17 +68,6 @@ std::vector<JsonNode> items_of(const JsonNode& node) {
 }
 
 std::int64_t count_of(const JsonNode& node) { return node.integer(1, 1'000'000'000'000); }
-
-std::string scene_of(const JsonNode& item, const std::vector<std::string>& scenes) {
-    const std::filesystem::path given = item.text();
-    const bool as_it_stands = std::find(scenes.begin(), scenes.end(), item.text()) != scenes.end();
-    if (!as_it_stands && !given.has_parent_path()) {
-        for (const std::string& scene : scenes) {
-            if (std::filesystem::path(scene).stem() == given.stem()) return scene;
-        }
-    }
-    return item.word(scenes);
-}
 
 StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
                         const std::vector<std::string>& more_keys) {

@@ -20,8 +20,6 @@ std::vector<JsonNode> items_of(const JsonNode& node);
 /// An integer >= 1.
 std::int64_t count_of(const JsonNode& node);
 
-/// The entry of `scenes` that the item gives, as path or as bare name.
-std::string scene_of(const JsonNode& item, const std::vector<std::string>& scenes);
 /// Reads a method from text, or from an object with its setting and basis. With `scenes`, the object may name a subset
 /// of them. `more_keys`: further keys that the caller allows.
 StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {},

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 #include <utility>
 
 #include "geometry/input_error.hpp"
@@ -154,54 +153,6 @@ void add_sweeps(const Study& study, std::int64_t repetition, std::vector<Planned
     }
 }
 
-void add_ablation(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
-    if (!study.ablation || repetition >= study.ablation->repetitions) return;
-    const AblationPart& part = *study.ablation;
-    const auto surrounded = [](StudyMethod method, const std::string& with) {
-        if (with.empty() || method.text.empty()) return method;
-        for (const auto& [key, value] : parse_method("method:" + with).parameters) {
-            method = with_parameter(method, key, value);
-        }
-        return method;
-    };
-    for (const std::string& scene : part.scenes) {
-        const auto add = [&](const StudyMethod& response, const std::string& knob, const std::string& point,
-                             const std::string& silent, const std::string& generator = {}) {
-            if (response.text.empty()) return;
-            PlannedRun run = planned(study, "ablation", scene, part.ticks, part.truth_stride, repetition, part.detector,
-                                     response, generator.empty() ? own_contact_generator(part.from) : generator);
-            run.spec.knob = knob;
-            run.spec.point = point;
-            if (!silent.empty()) run.facts["ablation.silent"] = silent;
-            if (!run.settled || repetition == 0) add_run(std::move(run), runs);
-        };
-        add(part.from, "", "from", {});
-        add(part.to, "", "to", {});
-        std::set<std::string> reported;  // surroundings whose two ends are planned
-        for (const AblationPart::Switch& one : part.switches) {
-            if (!one.scenes.empty() && std::find(one.scenes.begin(), one.scenes.end(), scene) == one.scenes.end()) {
-                continue;
-            }
-            const std::string ending = one.with.empty() ? std::string() : "; " + one.with;
-            const StudyMethod from = surrounded(part.from, one.with);
-            const StudyMethod to = surrounded(part.to, one.with);
-            if (!one.with.empty() && reported.insert(one.with).second) {
-                add(from, "", "from" + ending, {});
-                add(to, "", "to" + ending, {});
-            }
-            const std::string& back = one.from.empty() ? one.to : one.from;
-            const bool is_generator = one.parameter == generator_switch;
-            const auto turned = [&one, is_generator](const StudyMethod& method, const std::string& value) {
-                return is_generator || method.text.empty() ? method : with_parameter(method, one.parameter, value);
-            };
-            add(turned(from, one.to), one.parameter, fmt::format("from{} with {}", ending, one.to), one.silent_from,
-                is_generator ? one.to : std::string());
-            add(turned(to, back), one.parameter, fmt::format("to{} with {}", ending, back), one.silent_to,
-                is_generator ? back : std::string());
-        }
-    }
-}
-
 /// What a record must say of its case, so that the report needs no other file.
 std::map<std::string, std::string> facts_of(const HardCase& hard_case) {
     std::map<std::string, std::string> facts{{"case.of", hard_case.of},
@@ -346,7 +297,6 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
         }
     }
     add_sweeps(study, repetition, runs);
-    add_ablation(study, repetition, runs);
     add_hard_cases(study, repetition, runs);
     add_metamorphic_tests(study, repetition, runs);
     add_loops(study, "cost_by_size", study.cost_by_size, repetition, runs);
@@ -386,7 +336,6 @@ std::vector<PlannedRun> make_plan(const Study& study) {
     if (study.hard_cases) repetitions = std::max<std::int64_t>(repetitions, 1);
     if (study.metamorphic) repetitions = std::max(repetitions, study.metamorphic->repetitions);
     if (study.work_precision) repetitions = std::max(repetitions, study.work_precision->repetitions);
-    if (study.ablation) repetitions = std::max(repetitions, study.ablation->repetitions);
     if (study.cost_by_size) repetitions = std::max(repetitions, study.cost_by_size->repetitions);
     if (study.paced) repetitions = std::max(repetitions, study.paced->repetitions);
     if (study.replay) repetitions = std::max(repetitions, study.replay->repetitions);

@@ -10,7 +10,7 @@ std::string study_schema() {
   "type": "object",
   "additionalProperties": false,
   "required": ["format", "name"],
-  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["ablation"]}, {"required": ["paced"]}, {"required": ["cost_by_size"]}, {"required": ["hard_cases"]}, {"required": ["metamorphic"]}],
+  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["paced"]}, {"required": ["cost_by_size"]}, {"required": ["hard_cases"]}, {"required": ["metamorphic"]}],
   "properties": {
     "format": {"const": "trocar-study-2"},
     "name": {"type": "string", "pattern": "^[A-Za-z0-9_-]+$", "description": "Names the folder of the report"},
@@ -70,24 +70,6 @@ std::string study_schema() {
             "contacts": {"enum": ["native", "intersection", "proximity", "tracked_proximity"], "description": "Absent: each response's own, as in trocar run"},
             "knob": {"type": "string", "description": "dt (s, the run keeps its length), k (N/m, contact stiffness), substeps, detector.KEY or response.KEY with a parameter of trocar list"},
             "values": {"type": "array", "minItems": 1, "items": {"type": ["number", "string"]}}}}},
-        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
-        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
-    "ablation": {
-      "description": "What each switch between two settings of a response changes: each is turned alone in 'from', and back alone in 'to'; without 'to' all are options of 'from'. Records of these runs hold no single ticks",
-      "type": "object", "additionalProperties": false, "required": ["scenes", "detector", "from", "switches"],
-      "properties": {
-        "scenes": {"$ref": "#/$defs/scenes"}, "detector": {"$ref": "#/$defs/method"},
-        "from": {"$ref": "#/$defs/method"}, "to": {"$ref": "#/$defs/method"},
-        "switches": {"type": "array", "minItems": 1, "items": {
-          "type": "object", "additionalProperties": false, "required": ["parameter", "to"],
-          "properties": {
-            "parameter": {"type": "string", "description": "Of trocar list, or 'contact_generator'"},
-            "from": {"type": "string", "description": "What 'from' stands for; absent: an option, which neither setting turns on and which is turned on in both"},
-            "to": {"type": "string", "description": "What 'to' stands for, or the option's value"},
-            "with": {"type": "string", "description": "key=value,... set in both settings while this switch is turned: what it needs to act"},
-            "silent": {"type": "object", "additionalProperties": false, "description": "Why it is without effect in 'from' or 'to' by construction; the report holds the runs against it",
-              "properties": {"from": {"type": "string", "minLength": 1}, "to": {"type": "string", "minLength": 1}}},
-            "scenes": {"$ref": "#/$defs/scenes", "description": "Those of the part's scenes on which it is turned; default all"}}}},
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
     "paced": {

@@ -166,30 +166,6 @@ TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
     for (const auto& bad : cases) expect_refused(bad.text, bad.place);
 }
 
-TEST(RecordJson, APointOfAnAblationIsOneOfItsTwoSettings) {
-    Record record;
-    record.spec.mode = "ablation";
-    for (const auto& [knob, point] : {std::pair{"", "from"},
-                                      {"", "to"},
-                                      {"", "from; a=1"},
-                                      {"clamp", "to with off"},
-                                      {"clamp", "from; a=1,b=2 with off"}}) {
-        record.spec.knob = knob;
-        record.spec.point = point;
-        EXPECT_EQ(record_from_json_line(to_json_line(record), "file", 1).spec.point, point);
-    }
-    for (const auto& [knob, point] : {std::pair{"", ""},
-                                      {"", "t"},
-                                      {"clamp", "to"},
-                                      {"clamp", "to wtih off"},
-                                      {"clamp", "x with off"},
-                                      {"clamp", " with off"}}) {
-        record.spec.knob = knob;
-        record.spec.point = point;
-        expect_refused(to_json_line(record), "/spec/point: expected 'from' or 'to'");
-    }
-}
-
 TEST(RecordJson, ColumnsThatAShortTextMakesLongAreRefusedWithTheFigure) {
     std::string line = to_json_line(Record());
     const std::string none = "\"rows\":{\"count\":0}";

@@ -198,10 +198,6 @@ constexpr const char* knobs = R"({"format":"trocar-study-2","name":"s",
    {"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty","thesis"],"knob":"dt","values":[0.0005,0.002]},
    {"scenes":["a.json","b.json"],"detectors":["ohc"],"knob":"detector.cell","values":[0.01,"auto"]},
    {"scenes":["a.json"],"detectors":["ohc"],"responses":["thesis:profile=corrected"],"knob":"response.n_back","values":[5]}]},
- "ablation":{"scenes":["a.json","b.json"],"detector":"ohc","from":"thesis:profile=faithful",
-   "to":"thesis:profile=corrected","switches":[
-   {"parameter":"contacts","from":"implicit","to":"explicit","scenes":["a.json"]},
-   {"parameter":"l_max","to":"0.3","scenes":["b.json"]}]},
  "paced":{"scenes":["b.json"],"detectors":["ohc"],"responses":["penalty"],
    "steppers":["implicit","semi_implicit"],"ticks":50}})";
 
@@ -214,26 +210,17 @@ TEST_F(StudyFile, KnobsBecomeRunsOfTheirOwn) {
                                 (spec.stepper.empty() ? "" : "|" + spec.stepper))
                         .second);
     }
-    const std::set<std::string> expected{
-        "work_precision|a|ohc|penalty|dt=0.0005|dt|0.0005",
-        "work_precision|a|ohc|penalty|dt=0.002|dt|0.002",
-        "work_precision|a|ohc|thesis|dt=0.0005|dt|0.0005",
-        "work_precision|a|ohc|thesis|dt=0.002|dt|0.002",
-        "work_precision|a|ohc:cell=0.01|||detector.cell|0.01",
-        "work_precision|a|ohc:cell=auto|||detector.cell|auto",
-        "work_precision|b|ohc:cell=0.01|||detector.cell|0.01",
-        "work_precision|b|ohc:cell=auto|||detector.cell|auto",
-        "work_precision|a|ohc|thesis:n_back=5,profile=corrected||response.n_back|5",
-        "ablation|a|ohc|thesis:profile=faithful|||from",
-        "ablation|a|ohc|thesis:profile=corrected|||to",
-        "ablation|b|ohc|thesis:profile=faithful|||from",
-        "ablation|b|ohc|thesis:profile=corrected|||to",
-        "ablation|b|ohc|thesis:l_max=0.3,profile=faithful||l_max|from with 0.3",
-        "ablation|b|ohc|thesis:l_max=0.3,profile=corrected||l_max|to with 0.3",
-        "ablation|a|ohc|thesis:contacts=explicit,profile=faithful||contacts|from with explicit",
-        "ablation|a|ohc|thesis:contacts=implicit,profile=corrected||contacts|to with implicit",
-        "paced|b|ohc|penalty||||implicit",
-        "paced|b|ohc|penalty|||"};
+    const std::set<std::string> expected{"work_precision|a|ohc|penalty|dt=0.0005|dt|0.0005",
+                                         "work_precision|a|ohc|penalty|dt=0.002|dt|0.002",
+                                         "work_precision|a|ohc|thesis|dt=0.0005|dt|0.0005",
+                                         "work_precision|a|ohc|thesis|dt=0.002|dt|0.002",
+                                         "work_precision|a|ohc:cell=0.01|||detector.cell|0.01",
+                                         "work_precision|a|ohc:cell=auto|||detector.cell|auto",
+                                         "work_precision|b|ohc:cell=0.01|||detector.cell|0.01",
+                                         "work_precision|b|ohc:cell=auto|||detector.cell|auto",
+                                         "work_precision|a|ohc|thesis:n_back=5,profile=corrected||response.n_back|5",
+                                         "paced|b|ohc|penalty||||implicit",
+                                         "paced|b|ohc|penalty|||"};
     EXPECT_EQ(runs, expected);
 }
 
@@ -577,25 +564,6 @@ TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndSources) {
               std::string::npos);
 }
 
-TEST_F(StudyFile, AnAblationOfOneSettingTurnsItsOptionsAndItsSource) {
-    const std::string head = R"({"format":"trocar-study-2","name":"s","ablation":{"scenes":["a.json"],
-        "detector":"ohc","from":"unilateral","switches":[)";
-    const Study study = read(
-        head + R"({"parameter":"contact_generator","to":"proximity"},{"parameter":"contact_offset","to":"0.05"}]}})");
-    std::map<std::string, std::pair<std::string, std::string>> runs;  // by knob: response and source
-    for (const PlannedRun& run : make_plan(study)) runs[run.spec.knob] = {run.spec.response, run.spec.contacts};
-    ASSERT_EQ(runs.size(), 3U);
-    EXPECT_EQ(runs.at(""), (std::pair<std::string, std::string>("unilateral", "tracked_proximity")));
-    EXPECT_EQ(runs.at("contact_generator"), (std::pair<std::string, std::string>("unilateral", "proximity")));
-    EXPECT_EQ(runs.at("contact_offset"),
-              (std::pair<std::string, std::string>("unilateral:contact_offset=0.05", "tracked_proximity")));
-    EXPECT_NE(complaint(head + R"({"parameter":"contact_generator","to":"nobody"}]}})").find("/ablation/switches/0/to"),
-              std::string::npos);
-    EXPECT_NE(
-        complaint(head + R"({"parameter":"contact_offset","from":"0.001","to":"0.05"}]}})").find("/switches/0/from"),
-        std::string::npos);
-}
-
 TEST_F(StudyFile, AbsentMethodBecomesRowsWithItsReason) {
     if (registry().absent_detectors().empty()) GTEST_SKIP() << "this build has every detector";
     const AbsentMethod& absent = registry().absent_detectors().front();
@@ -667,41 +635,6 @@ TEST_F(StudyFile, MetamorphicAsksEveryMethodInAtLeastTwoProcesses) {
     }
     EXPECT_NE(complaint(head + R"("detectors":["ohc"],"repetitions":1}})").find("/metamorphic/repetitions"),
               std::string::npos);
-}
-
-TEST_F(StudyFile, ASwitchMayNeedSomethingElseToBeSet) {
-    const Study study = read(R"({"format":"trocar-study-2","name":"s","ablation":{"scenes":["a.json"],"detector":"ohc",
-        "from":"thesis:profile=faithful","to":"thesis:profile=corrected","switches":[
-        {"parameter":"l_max","to":"1","with":"k=300,n_back=5","silent":{"to":"nobody asks"}}]}})");
-    std::map<std::string, const PlannedRun*> by_point;
-    const std::vector<PlannedRun> plan = make_plan(study);
-    for (const PlannedRun& run : plan) by_point[run.spec.point] = &run;
-    ASSERT_EQ(by_point.size(), 6U);
-    EXPECT_EQ(by_point.at("from; k=300,n_back=5")->spec.response, "thesis:k=300,n_back=5,profile=faithful");
-    EXPECT_EQ(by_point.at("to; k=300,n_back=5 with 1")->spec.response,
-              "thesis:k=300,l_max=1,n_back=5,profile=corrected");
-    EXPECT_EQ(by_point.at("to; k=300,n_back=5 with 1")->facts.at("ablation.silent"), "nobody asks");
-    EXPECT_FALSE(by_point.at("from; k=300,n_back=5 with 1")->facts.contains("ablation.silent"));
-    const std::string bad = R"({"format":"trocar-study-2","name":"s","ablation":{"scenes":["a.json"],"detector":"ohc",
-        "from":"thesis","to":"thesis","switches":[{"parameter":"l_max","to":"1","with":"ks=300"}]}})";
-    EXPECT_NE(complaint(bad).find("/ablation/switches/0/with"), std::string::npos) << complaint(bad);
-}
-
-/// Names that an ablation of the project turns, and those that the list reports for its response.
-std::pair<std::set<std::string>, std::set<std::string>> turned_and_declared(const std::string& file,
-                                                                            const std::string& response) {
-    const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / file);
-    std::set<std::string> turned;
-    for (const AblationPart::Switch& one : study.ablation->switches) turned.insert(one.parameter);
-    std::set<std::string> declared;
-    for (const Parameter& parameter : registry().response(response).parameters) declared.insert(parameter.name);
-    return {turned, declared};
-}
-
-TEST(ShippedAblation, TurnsEveryParameterThatTheListReportsForUnilateralAndItsGenerator) {
-    auto [turned, declared] = turned_and_declared("ablation_unilateral.json", "unilateral");
-    declared.insert(generator_switch);
-    EXPECT_EQ(turned, declared);
 }
 
 TEST(ShippedDefaultStudy, RunsEveryResponseOnEveryOneOfItsScenesAndJudgesEveryTick) {
