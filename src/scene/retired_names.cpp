@@ -69,8 +69,16 @@ constexpr auto retired = std::to_array<RetiredName>({
     {NameKind::scene_key, "tissue", "bending", "tissue has no bending stiffness; leave it out"},
     {NameKind::scene_key, "operator", "hand_stiffness", "renamed to 'coupling_stiffness'"},
     {NameKind::scene_key, "operator", "hand_damping", "renamed to 'coupling_damping'"},
-    {NameKind::study_key, "", "ablation", "list the settings as responses of closed_loop"},
-    {NameKind::study_key, "", "certificate", "renamed to 'metamorphic'"},
+    {NameKind::study_key, "", "ablation", R"(write an experiment: "frames": "closed_loop", each setting a response)"},
+    {NameKind::study_key, "", "replay", R"(write an experiment: "frames": "replay")"},
+    {NameKind::study_key, "", "closed_loop", R"(write an experiment: "frames": "closed_loop")"},
+    {NameKind::study_key, "", "triangle_pair", "run trocar_microbench --benchmark_filter=per_pair"},
+    {NameKind::study_key, "", "work_precision", R"(write an experiment for each of its sweeps, with the key "sweep")"},
+    {NameKind::study_key, "", "paced", R"(write an experiment: "frames": "closed_loop", "clock": "paced")"},
+    {NameKind::study_key, "", "cost_by_size", R"(write an experiment: "frames": "closed_loop", "truth_stride": 0)"},
+    {NameKind::study_key, "", "hard_cases", R"(write an experiment of each frames: "cases": its folder, "pair_files")"},
+    {NameKind::study_key, "", "certificate", R"(write an experiment: "perturbed": true)"},
+    {NameKind::study_key, "", "metamorphic", R"(write an experiment: "perturbed": true)"},
 });
 
 }  // namespace

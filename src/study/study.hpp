@@ -1,5 +1,5 @@
-// A study defines a comparison: methods, scenes, repetitions and time limit. make_plan turns it into the shuffled list
-// of runs that the runner executes.
+// A study is a list of experiments, and an experiment is a product of factors. make_plan turns a study into the
+// shuffled list of runs that the runner executes.
 #pragma once
 
 #include <cstdint>
@@ -12,100 +12,72 @@
 #include "contact/outcome.hpp"
 #include "measure/record.hpp"
 #include "scene/scene.hpp"
-#include "simulate/hard_case.hpp"
 
 namespace trocar {
 
-/// A method of a study, with the origin of its settings for the fairness section.
-struct StudyMethod {
+/// One level of a factor: a method, with the origin of its settings and the levels of other factors that it runs with.
+struct Level {
     std::string text;                 ///< NAME[:key=value…], keys in alphabetical order
     std::string setting = "default";  ///< "default" | "recommended" | "tuned"
-    std::string basis;                ///< source of the setting: who recommends it, or the search and its budget
-    std::vector<std::string> scenes;  ///< subset of the part's scenes; empty: all
-    /// For a response in the closed loop: subset of the part's detectors and contact generators; empty: all.
-    std::vector<std::string> detectors = {};
-    std::vector<std::string> contacts = {};
-    /// For a response in the closed loop: steppers as RunSpec::stepper, instead of the part's; empty: the part's.
-    std::vector<std::string> steppers = {};
+    std::string basis = {};           ///< source of the setting: who recommends it, or the search and its budget
+    /// By factor, "inputs", "detectors", "contacts" or "steppers": what it runs with instead of the experiment's list.
+    std::map<std::string, std::vector<std::string>> only = {};
     /// For a detector in the closed loop: false = its runs are timed and not judged. They report the oracle's figures
     /// of a judged run with the same motion.
     bool judged = true;
-    std::optional<std::string> absent_reason;  ///< set when this build lacks the method; its runs become rows `absent`
+    std::optional<std::string> absent_reason = {};  ///< set when this build lacks it; its runs become rows `absent`
 };
 
-/// Detectors on prescribed frames.
-struct ReplayPart {
-    std::vector<std::string> scenes;  ///< files, relative to the study file
-    std::vector<StudyMethod> detectors;
-    std::int64_t ticks = 0;         ///< 0: as the scene says
-    std::int64_t repetitions = 1;   ///< processes per method
-    std::int64_t truth_stride = 1;  ///< the oracle runs on every n-th tick
-    bool between_ticks = false;     ///< true: the space-time oracle follows every tick
-};
-
-/// Detector × response × contact generator × stepper, each on its own copy of the scene.
-struct ClosedLoopPart {
-    std::vector<std::string> scenes;
-    std::vector<StudyMethod> detectors;
-    std::vector<StudyMethod> responses;
-    std::vector<std::string> contacts;       ///< contact generators
-    std::vector<std::string> steppers = {};  ///< as RunSpec::stepper; empty: the default one
-    std::int64_t ticks = 0;
-    std::int64_t repetitions = 1;
-    std::int64_t truth_stride = 1;
-    std::int64_t detail_stride = 1;
-};
-
-/// Table of the thesis: response time per triangle pair and per iteration, without and with the triangle test.
-struct TrianglePairPart {
-    std::vector<std::string> scenes;
-    StudyMethod response;
-    std::int64_t ticks = 0;
-    std::int64_t repetitions = 1;
-    std::int64_t truth_stride = 1;
-};
-
-/// Varies one parameter at a time: one curve of time against error per scene and method.
-struct WorkPrecisionPart {
-    struct Sweep {
-        std::vector<std::string> scenes;
-        std::vector<StudyMethod> detectors;
-        std::vector<StudyMethod> responses;  ///< empty: detectors on prescribed frames
-        std::string contacts;                ///< empty: each response's default generator
-        std::string knob;                    ///< dt | k | substeps | detector.KEY | response.KEY
-        std::vector<std::string> values;     ///< as written after KEY=
+/// What a method runs on.
+struct Input {
+    enum class Kind : std::uint8_t {
+        scene,
+        mesh_case,   ///< two meshes with their pairs (simulate/hard_case.hpp)
+        scene_case,  ///< a scene with bounds on its figures (simulate/hard_case.hpp)
+        pair_file    ///< triangle pairs with truth, "data:PATH"
     };
-    std::vector<Sweep> sweeps;
-    std::int64_t ticks = 0;  ///< at the scene's dt
-    std::int64_t repetitions = 1;
-    std::int64_t truth_stride = 1;
+    Kind kind = Kind::scene;
+    std::string file;                               ///< relative to the study file
+    std::string name;                               ///< of a case or pair file; a scene has its own
+    std::int64_t ticks = 0;                         ///< overrides the experiment's; 0: it does not
+    std::map<std::string, std::string> facts = {};  ///< what the record keeps of the case
 };
 
-/// Methods on scenes, each response with its default contact generator. The members of Study state how detectors and
-/// responses combine.
-struct LoopPart {
-    std::vector<std::string> scenes;
-    std::vector<StudyMethod> detectors;
-    std::vector<StudyMethod> responses;
-    std::vector<std::string> steppers = {};  ///< as RunSpec::stepper; empty: the default one
-    std::int64_t ticks = 0;
-    std::int64_t repetitions = 1;  ///< processes per method
-    std::int64_t truth_stride = 1;
+/// One parameter and the values that it takes.
+struct Sweep {
+    std::string knob;                 ///< dt | k | substeps | detector.KEY | response.KEY
+    std::vector<std::string> values;  ///< as written after KEY=
 };
 
-/// Hard cases (simulate/hard_case.hpp). Every detector runs on every mesh case and every family of triangle pairs.
-/// Every response runs on every scene case, with the first detector and its default contact generator.
-struct HardCasesPart {
-    std::string folder;  ///< relative to the study file
-    std::vector<HardCase> cases;
-    std::vector<std::string> families;  ///< files of triangle pairs, "data:PATH"
-    std::vector<StudyMethod> detectors;
-    std::vector<StudyMethod> responses;
-    std::int64_t truth_stride = 1;
+/// The product inputs × detectors × responses × contact generators × steppers × values of the sweep, less what `only`
+/// of a level excludes. Every combination is a run in a process of its own.
+struct Experiment {
+    enum class Frames : std::uint8_t {
+        replay,      ///< the scene's prescribed frames: detectors alone
+        closed_loop  ///< every combination drives its own copy of the scene
+    };
+    enum class Clock : std::uint8_t {
+        back_to_back,  ///< the next tick begins when one ends
+        paced          ///< one tick per dt, beside an empty loop (simulate/paced.hpp); not judged
+    };
+    Frames frames = Frames::replay;
+    Clock clock = Clock::back_to_back;
+    std::vector<Input> inputs;
+    std::vector<Level> detectors;
+    std::vector<Level> responses;       ///< empty in replay
+    std::vector<std::string> contacts;  ///< contact generators; empty: each response's own
+    std::vector<std::string> steppers;  ///< as RunSpec::stepper; empty: the default one
+    std::optional<Sweep> sweep;
+    bool perturbed = false;        ///< every run is compared with itself under perturbations (simulate/metamorphic.hpp)
+    std::int64_t ticks = 0;        ///< 0: as the scene says; at the scene's dt
+    std::int64_t repetitions = 1;  ///< processes per combination; cases and pair files run once
+    std::int64_t truth_stride = 1;  ///< the oracle runs on every n-th tick; 0: never, the runs are timed only
+    std::int64_t detail_stride = 1;
+    bool between_ticks = false;  ///< the space-time oracle follows every tick
 };
 
 /// Copy of the method with one parameter replaced or added.
-StudyMethod with_parameter(const StudyMethod& method, const std::string& key, const std::string& value);
+Level with_parameter(const Level& method, const std::string& key, const std::string& value);
 
 struct Study {
     std::filesystem::path file;
@@ -116,20 +88,7 @@ struct Study {
     std::string reference;       ///< detector in the denominator of time ratios; empty: no ratios
     std::string ours;            ///< response that page one compares with all others; empty: this project's methods
     std::string quotes;          ///< finding of another published report, with its source, printed on page one
-    std::optional<ReplayPart> replay;
-    std::optional<ClosedLoopPart> closed_loop;
-    std::optional<TrianglePairPart> triangle_pair;
-    std::optional<WorkPrecisionPart> work_precision;
-    /// Every detector with every response in the closed loop, paced by the clock (simulate/paced.hpp).
-    std::optional<LoopPart> paced;
-    /// Every detector with every response and stepper on scenes of growing size: time per stage against tissue
-    /// triangles. These runs are not judged. Names of one family of scenes differ only after the last underscore.
-    std::optional<LoopPart> cost_by_size;
-    std::optional<HardCasesPart> hard_cases;
-    /// Metamorphic and determinism tests (`simulate/metamorphic.hpp`): every detector on the frames of every scene,
-    /// every response in the closed loop of the first detector. At least two processes, so that fresh ones are
-    /// compared.
-    std::optional<LoopPart> metamorphic;
+    std::vector<Experiment> experiments;
 };
 
 /// Strict reader. Throws InputError with a JSON pointer for an unknown key, wrong type, value out of range, missing
@@ -137,7 +96,7 @@ struct Study {
 /// (study_items.hpp, add_method). `shipped`: scene files used when no file of that bare name lies beside the study.
 Study read_study(const std::filesystem::path& file, const std::vector<std::string>& with = {},
                  const std::vector<std::filesystem::path>& shipped = {});
-/// One line for each part without ratios because the reference detector does not run there.
+/// One line for each experiment without ratios because the reference detector does not run there.
 std::vector<std::string> reference_notes(const Study& study);
 
 /// JSON Schema, printed by `trocar schema study`.
@@ -159,7 +118,7 @@ SceneFacts facts_of(const Scene& scene);
 /// Reads one scene. Missing data sets `lacks_data`; any other fault throws InputError.
 SceneFacts read_scene_facts(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data);
 
-/// True for a run without a scene: a mesh case or a family of triangle pairs.
+/// True for a run without a scene: a mesh case or a file of triangle pairs.
 bool is_mesh_case(const RunSpec& spec);
 /// Facts of a mesh case. `folder`: of the study file.
 SceneFacts read_case_facts(const std::filesystem::path& folder, const RunSpec& spec,
@@ -170,8 +129,8 @@ Record make_mesh_case_run(const std::filesystem::path& folder, const RunSpec& sp
 
 struct PlannedRun {
     RunSpec spec;  ///< complete_run fills scene name, hash, class and ticks
-    StudyMethod detector;
-    StudyMethod response;
+    Level detector;
+    Level response;
     /// Set when the outcome is fixed without running: absent method, missing data, or native contacts that the detector
     /// lacks or the response cannot read.
     std::optional<Outcome> settled;

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "method/registry.hpp"
+#include "simulate/hard_case.hpp"
 #include "study/study.hpp"
 
 namespace trocar {
@@ -27,7 +28,7 @@ std::string settings_text(const std::vector<Parameter>& declared, const std::map
 }
 
 template <typename Entry>
-void add_entry_facts(const std::string& prefix, const Entry& entry, const StudyMethod& method,
+void add_entry_facts(const std::string& prefix, const Entry& entry, const Level& method,
                      std::map<std::string, std::string>& facts) {
     facts[prefix + "library"] = entry.library;
     facts[prefix + "version"] = entry.version;
@@ -37,7 +38,7 @@ void add_entry_facts(const std::string& prefix, const Entry& entry, const StudyM
     facts[prefix + "settings"] = settings_text(entry.parameters, parse_method(method.text).parameters, entry.name);
 }
 
-void add_method_facts(const std::string& prefix, const StudyMethod& method, std::map<std::string, std::string>& facts) {
+void add_method_facts(const std::string& prefix, const Level& method, std::map<std::string, std::string>& facts) {
     facts[prefix + "setting"] = method.setting;
     facts[prefix + "basis"] = method.basis;
     if (method.absent_reason) facts[prefix + "absent"] = *method.absent_reason;

@@ -8,6 +8,7 @@
 #include "geometry/whole_file.hpp"
 #include "method/device.hpp"
 #include "scene/json_node.hpp"
+#include "simulate/hard_case.hpp"
 #include "simulate/overrides.hpp"
 #include "study/study.hpp"
 #include "study/study_items.hpp"
@@ -15,122 +16,177 @@
 namespace trocar {
 namespace {
 
-constexpr const char* study_format = "trocar-study-2";
+constexpr const char* study_format = "trocar-study-3";
 
-/// What only a closed loop's lists know: which detectors run unjudged, and what each response runs with.
-void read_choices(const JsonNode& node, ClosedLoopPart& part) {
+constexpr auto replay = Experiment::Frames::replay;
+constexpr auto closed_loop = Experiment::Frames::closed_loop;
+
+/// Detectors whose runs are not judged, and what each response runs with.
+void read_choices(const JsonNode& node, Experiment& experiment) {
     const auto items = [](const JsonNode& list) { return names_all(list) ? std::vector<JsonNode>() : items_of(list); };
     const std::vector<JsonNode> detectors = items(node.at("detectors"));
     for (std::size_t i = 0; i < detectors.size(); ++i) {
         if (!detectors[i].is_text() && detectors[i].has("judged"))
-            part.detectors[i].judged = detectors[i].at("judged").flag();
+            experiment.detectors[i].judged = detectors[i].at("judged").flag();
     }
     std::vector<std::string> names;
-    for (const StudyMethod& detector : part.detectors) names.push_back(detector.text);
+    for (const Level& detector : experiment.detectors) names.push_back(detector.text);
     const std::vector<JsonNode> responses = items(node.at("responses"));
     for (std::size_t i = 0; i < responses.size(); ++i) {
         if (responses[i].is_text()) continue;
-        StudyMethod& response = part.responses[i];
+        auto& only = experiment.responses[i].only;
         if (const auto chosen = responses[i].find("detectors")) {
             for (const JsonNode& item : items_of(*chosen))
-                response.detectors.push_back(item.word(names, NameKind::detector));
+                only["detectors"].push_back(item.word(names, NameKind::detector));
         }
-        if (const auto chosen = responses[i].find("contacts")) {
-            for (const JsonNode& item : items_of(*chosen))
-                response.contacts.push_back(item.word(part.contacts, NameKind::contact_generator));
-        }
-        if (const auto chosen = responses[i].find("steppers")) response.steppers = read_steppers(*chosen);
+        if (const auto chosen = responses[i].find("contacts")) only["contacts"] = read_contact_generators(*chosen);
+        if (const auto chosen = responses[i].find("steppers")) only["steppers"] = read_steppers(*chosen);
     }
 }
 
-WorkPrecisionPart read_sweeps(const JsonNode& node, const SceneFiles& files, std::int64_t repetitions) {
-    expect_object(node, {"sweeps", "ticks", "repetitions", "truth_stride"}, {"sweeps"});
-    WorkPrecisionPart part;
-    read_counts(node, repetitions, part);
-    for (const JsonNode& item : items_of(node.at("sweeps"))) {
-        expect_object(item, {"scenes", "detectors", "responses", "contacts", "knob", "values"},
-                      {"scenes", "detectors", "knob", "values"});
-        WorkPrecisionPart::Sweep sweep;
-        sweep.scenes = read_scenes(item.at("scenes"), files);
-        sweep.detectors = read_methods(item.at("detectors"), true, sweep.scenes);
-        if (item.has("responses")) sweep.responses = read_methods(item.at("responses"), false, sweep.scenes);
-        if (item.has("contacts")) sweep.contacts = read_contact_generator(item.at("contacts"));
-        const JsonNode knob = item.at("knob");
-        sweep.knob = knob.text();
-        const bool of_detector = sweep.knob.rfind("detector.", 0) == 0;
-        const bool of_response = sweep.knob.rfind("response.", 0) == 0;
-        const auto& knobs = scene_knobs();
-        const bool of_scene =
-            std::any_of(knobs.begin(), knobs.end(), [&sweep](const SceneKnob& one) { return one.name == sweep.knob; });
-        if (!of_detector && !of_response && !of_scene) {
-            knob.fail("dt, k, substeps, detector.KEY or response.KEY", "'" + sweep.knob + "'");
+Sweep read_sweep(const JsonNode& node, const Experiment& experiment) {
+    expect_object(node, {"knob", "values"}, {"knob", "values"});
+    Sweep sweep;
+    const JsonNode knob = node.at("knob");
+    sweep.knob = knob.text();
+    const bool of_detector = sweep.knob.rfind("detector.", 0) == 0;
+    const bool of_response = sweep.knob.rfind("response.", 0) == 0;
+    const auto& knobs = scene_knobs();
+    const bool of_scene =
+        std::any_of(knobs.begin(), knobs.end(), [&sweep](const SceneKnob& one) { return one.name == sweep.knob; });
+    if (!of_detector && !of_response && !of_scene) {
+        knob.fail("dt, k, substeps, detector.KEY or response.KEY", "'" + sweep.knob + "'");
+    }
+    if (!of_detector && experiment.frames == replay) {
+        knob.fail("detector.KEY in a replay: this knob acts in the closed loop only", "'" + sweep.knob + "'");
+    }
+    for (const JsonNode& value : items_of(node.at("values"))) {
+        sweep.values.push_back(value.is_text() ? value.text() : fmt::format("{}", value.number()));
+        const std::string& text = sweep.values.back();
+        const std::string key = sweep.knob.substr(sweep.knob.find('.') + 1);
+        if (of_detector) check_parameter(value, experiment.detectors, true, key, text);
+        if (of_response) check_parameter(value, experiment.responses, false, key, text);
+        if (!of_scene) continue;
+        try {
+            (void)override_value(sweep.knob + "=" + text, sweep.knob);
+        } catch (const InputError& error) {
+            value.fail("a value of the knob " + sweep.knob, error.what());
         }
-        if (!of_detector && sweep.responses.empty()) {
-            item.fail("the key 'responses': this knob acts in the closed loop only", "none");
-        }
-        for (const JsonNode& value : items_of(item.at("values"))) {
-            sweep.values.push_back(value.is_text() ? value.text() : fmt::format("{}", value.number()));
-            const std::string& text = sweep.values.back();
-            const std::string key = sweep.knob.substr(sweep.knob.find('.') + 1);
-            if (of_detector) check_parameter(value, sweep.detectors, true, key, text);
-            if (of_response) check_parameter(value, sweep.responses, false, key, text);
-            if (!of_scene) continue;
-            try {
-                (void)override_value(sweep.knob + "=" + text, sweep.knob);
-            } catch (const InputError& error) {
-                value.fail("a value of the knob " + sweep.knob, error.what());
+    }
+    return sweep;
+}
+
+/// What the record keeps of a case, so that the report needs no other file.
+std::map<std::string, std::string> facts_of(const HardCase& hard_case) {
+    std::map<std::string, std::string> facts{{"case.of", hard_case.of},
+                                             {"case.reason", hard_case.reason},
+                                             {"case.outcome", std::string(name_of(hard_case.outcome))}};
+    if (hard_case.pairs) {
+        facts["case.expected"] = fmt::format("{} {}, {} touching", hard_case.pairs->size(),
+                                             hard_case.pairs->size() == 1 ? "pair" : "pairs", hard_case.touch.size());
+    }
+    for (const auto& [figure, most] : hard_case.at_most) facts["case.at_most." + figure] = fmt::format("{}", most);
+    return facts;
+}
+
+/// Cases of the folder that fit the experiment: meshes for a replay, scenes for a closed loop.
+void add_cases(const JsonNode& node, const std::filesystem::path& study, Experiment& experiment) {
+    const std::filesystem::path folder = node.text();
+    for (const HardCase& one : read_hard_cases(study.parent_path() / folder)) {
+        if (one.pairs.has_value() != (experiment.frames == replay)) continue;
+        Input input;
+        input.name = one.name;
+        input.facts = facts_of(one);
+        if (one.pairs) {
+            input.kind = Input::Kind::mesh_case;
+            input.file = (folder / one.name / "expected.json").generic_string();
+            input.ticks = 1;
+        } else {
+            if (!std::filesystem::is_regular_file(one.file.parent_path() / one.scene)) {
+                node.fail("cases whose scenes exist", (one.file.parent_path() / one.scene).string());
             }
+            input.kind = Input::Kind::scene_case;
+            input.file = (folder / one.name / one.scene).lexically_normal().generic_string();
+            input.ticks = one.ticks;
         }
-        part.sweeps.push_back(std::move(sweep));
+        experiment.inputs.push_back(std::move(input));
     }
-    return part;
 }
 
-HardCasesPart read_hard_cases_part(const JsonNode& node, const std::filesystem::path& file) {
-    expect_object(node, {"folder", "families", "detectors", "responses", "truth_stride"}, {"folder", "detectors"});
-    HardCasesPart part;
-    if (node.has("truth_stride")) part.truth_stride = count_of(node.at("truth_stride"));
-    part.folder = node.at("folder").text();
-    part.cases = read_hard_cases(file.parent_path() / part.folder);
-    for (const HardCase& one : part.cases) {
-        if (one.scene.empty() || std::filesystem::is_regular_file(one.file.parent_path() / one.scene)) continue;
-        node.at("folder").fail("cases whose scenes exist", (one.file.parent_path() / one.scene).string());
+void add_pair_files(const JsonNode& node, Experiment& experiment) {
+    for (const JsonNode& item : items_of(node)) {
+        const std::string file = item.text();
+        if (file.rfind("data:", 0) != 0) item.fail("data:PATH");
+        experiment.inputs.push_back({Input::Kind::pair_file, file, std::filesystem::path(file).stem().string(), 1, {}});
     }
-    if (node.has("families")) {
-        for (const JsonNode& item : items_of(node.at("families"))) {
-            part.families.push_back(item.text());
-            if (part.families.back().rfind("data:", 0) != 0) item.fail("data:PATH");
+}
+
+void read_inputs(const JsonNode& node, const SceneFiles& files, Experiment& experiment) {
+    if (node.has("scenes")) {
+        for (const std::string& scene : read_scenes(node.at("scenes"), files)) {
+            experiment.inputs.push_back({Input::Kind::scene, scene, {}, 0, {}});
         }
     }
-    part.detectors = read_methods(node.at("detectors"), true, {});
-    if (node.has("responses")) part.responses = read_methods(node.at("responses"), false, {});
-    return part;
+    if (node.has("cases")) add_cases(node.at("cases"), files.study, experiment);
+    if (node.has("pair_files")) add_pair_files(node.at("pair_files"), experiment);
+    if (experiment.inputs.empty()) node.fail("inputs: one of the keys scenes, cases, pair_files", "none");
 }
 
-/// Loops that nobody judges: paced, or timed back to back.
-LoopPart read_loop(const JsonNode& node, std::int64_t repetitions, const SceneFiles& files) {
-    expect_object(node, {"scenes", "detectors", "responses", "steppers", "ticks", "repetitions"},
-                  {"scenes", "detectors", "responses"});
-    LoopPart part;
-    part.scenes = read_scenes(node.at("scenes"), files);
-    part.detectors = read_methods(node.at("detectors"), true, part.scenes);
-    part.responses = read_methods(node.at("responses"), false, part.scenes);
-    if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
-    read_counts(node, repetitions, part);
-    return part;
+/// Keys that have a meaning beside the frames, the clock and the perturbations that the experiment names.
+std::vector<std::string> keys_of(const Experiment& experiment) {
+    std::vector<std::string> keys{"frames", "clock", "perturbed", "scenes", "detectors", "ticks", "repetitions"};
+    const auto add = [&keys](std::initializer_list<const char*> more) {
+        keys.insert(keys.end(), more.begin(), more.end());
+    };
+    const bool paced = experiment.clock == Experiment::Clock::paced;
+    if (experiment.frames == closed_loop) add({"responses", "contacts", "steppers"});
+    if (paced || experiment.perturbed) return keys;
+    add({"cases", "sweep", "truth_stride"});
+    if (experiment.frames == replay) add({"pair_files", "between_ticks"});
+    if (experiment.frames == closed_loop) add({"detail_stride"});
+    return keys;
 }
 
-LoopPart read_metamorphic(const JsonNode& node, const SceneFiles& files) {
-    expect_object(node, {"scenes", "detectors", "responses", "ticks", "repetitions"}, {"scenes", "detectors"});
-    LoopPart part;
-    read_counts(node, 2, part);
-    if (part.repetitions < 2) {
-        node.at("repetitions").fail("at least 2: a fresh process is one of the things asked");
+Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::int64_t repetitions) {
+    Experiment experiment;
+    const std::string frames = node.at("frames").word({"replay", "closed_loop"});
+    if (frames == "closed_loop") experiment.frames = closed_loop;
+    if (node.has("perturbed")) experiment.perturbed = node.at("perturbed").flag();
+    const bool paced = node.has("clock") && node.at("clock").word({"back_to_back", "paced"}) == "paced";
+    if (paced) experiment.clock = Experiment::Clock::paced;
+    if (paced && experiment.frames == replay) node.at("clock").fail("back_to_back: a replay is not paced");
+    if (paced && experiment.perturbed) node.at("clock").fail("back_to_back: perturbed runs are not paced");
+    expect_object(node, keys_of(experiment), {"detectors"});
+
+    read_inputs(node, files, experiment);
+    std::vector<std::string> inputs;
+    for (const Input& input : experiment.inputs) inputs.push_back(input.file);
+    const bool is_loop = experiment.frames == closed_loop;
+    const std::vector<std::string> of_detector =
+        is_loop ? std::vector<std::string>{"judged"} : std::vector<std::string>{};
+    experiment.detectors = read_methods(node.at("detectors"), true, inputs, of_detector);
+    if (is_loop) {
+        experiment.responses = read_methods(node.at("responses"), false, inputs, {"detectors", "contacts", "steppers"});
+        read_choices(node, experiment);
     }
-    part.scenes = read_scenes(node.at("scenes"), files);
-    part.detectors = read_methods(node.at("detectors"), true, part.scenes);
-    if (node.has("responses")) part.responses = read_methods(node.at("responses"), false, part.scenes);
-    return part;
+    if (node.has("contacts")) experiment.contacts = read_contact_generators(node.at("contacts"));
+    if (node.has("steppers")) experiment.steppers = read_steppers(node.at("steppers"));
+    if (node.has("sweep")) experiment.sweep = read_sweep(node.at("sweep"), experiment);
+    if (node.has("ticks")) experiment.ticks = count_of(node.at("ticks"));
+    if (node.has("truth_stride")) experiment.truth_stride = count_of(node.at("truth_stride"), 0);
+    if (node.has("detail_stride")) experiment.detail_stride = count_of(node.at("detail_stride"));
+    if (node.has("between_ticks")) experiment.between_ticks = node.at("between_ticks").flag();
+    experiment.repetitions = experiment.perturbed ? 2 : repetitions;
+    if (node.has("repetitions")) experiment.repetitions = count_of(node.at("repetitions"));
+    if (experiment.perturbed && experiment.repetitions < 2) {
+        node.at("repetitions").fail("at least 2: a fresh process is one of the perturbations");
+    }
+    return experiment;
+}
+
+/// True when a method of that text is among the experiment's detectors or responses.
+bool names(const std::vector<Level>& levels, const std::string& text) {
+    return std::any_of(levels.begin(), levels.end(), [&text](const Level& one) { return one.text == text; });
 }
 
 }  // namespace
@@ -141,11 +197,10 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     const std::string file_name = file.string();
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root = JsonNode(document, file_name).with_key_kind(NameKind::study_key);
-    expect_object(
-        root,
-        {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes", "replay",
-         "closed_loop", "triangle_pair", "work_precision", "paced", "cost_by_size", "hard_cases", "metamorphic"},
-        {"format", "name"});
+    expect_object(root,
+                  {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes",
+                   "experiments"},
+                  {"format", "name", "experiments"});
     root.at("format").expect_word(study_format);
 
     Study study;
@@ -161,106 +216,53 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     if (root.has("quotes")) study.quotes = root.at("quotes").text();
     study.device = root.has("device") ? read_device_of(root.at("device")) : text_of({});
 
-    if (root.has("replay")) {
-        const JsonNode node = root.at("replay");
-        expect_object(node, {"scenes", "detectors", "ticks", "repetitions", "truth_stride", "between_ticks"},
-                      {"scenes", "detectors"});
-        ReplayPart part;
-        part.scenes = read_scenes(node.at("scenes"), files);
-        part.detectors = read_methods(node.at("detectors"), true, part.scenes);
-        read_counts(node, repetitions, part);
-        if (node.has("between_ticks")) part.between_ticks = node.at("between_ticks").flag();
-        study.replay = std::move(part);
-    }
-    if (root.has("closed_loop")) {
-        const JsonNode node = root.at("closed_loop");
-        expect_object(node,
-                      {"scenes", "detectors", "responses", "contacts", "steppers", "ticks", "repetitions",
-                       "truth_stride", "detail_stride"},
-                      {"scenes", "detectors", "responses"});
-        ClosedLoopPart part;
-        part.scenes = read_scenes(node.at("scenes"), files);
-        part.detectors = read_methods(node.at("detectors"), true, part.scenes, {"judged"});
-        part.responses = read_methods(node.at("responses"), false, part.scenes, {"detectors", "contacts", "steppers"});
-        if (node.has("contacts")) {
-            for (const JsonNode& item : items_of(node.at("contacts"))) {
-                const std::string contacts = read_contact_generator(item);
-                if (std::find(part.contacts.begin(), part.contacts.end(), contacts) != part.contacts.end()) {
-                    item.fail("each contact generator once", contacts + " again");
-                }
-                part.contacts.push_back(contacts);
-            }
-        } else {
-            part.contacts = {"tracked_proximity"};
-            for (StudyMethod& response : part.responses) serve(part.contacts, response);
-        }
-        if (node.has("steppers")) part.steppers = read_steppers(node.at("steppers"));
-        read_choices(node, part);
-        if (node.has("detail_stride")) part.detail_stride = count_of(node.at("detail_stride"));
-        read_counts(node, repetitions, part);
-        study.closed_loop = std::move(part);
-    }
-    if (root.has("triangle_pair")) {
-        const JsonNode node = root.at("triangle_pair");
-        expect_object(node, {"scenes", "response", "ticks", "repetitions", "truth_stride"}, {"scenes", "response"});
-        TrianglePairPart part;
-        part.scenes = read_scenes(node.at("scenes"), files);
-        part.response = read_method(node.at("response"), false);
-        read_counts(node, repetitions, part);
-        study.triangle_pair = std::move(part);
-    }
-    if (root.has("work_precision")) study.work_precision = read_sweeps(root.at("work_precision"), files, repetitions);
-    if (root.has("paced")) study.paced = read_loop(root.at("paced"), repetitions, files);
-    if (root.has("cost_by_size")) study.cost_by_size = read_loop(root.at("cost_by_size"), repetitions, files);
-    if (root.has("hard_cases")) study.hard_cases = read_hard_cases_part(root.at("hard_cases"), file);
-    if (root.has("metamorphic")) study.metamorphic = read_metamorphic(root.at("metamorphic"), files);
-    if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.paced &&
-        !study.cost_by_size && !study.hard_cases && !study.metamorphic) {
-        root.fail(
-            "at least one of the keys replay, closed_loop, triangle_pair, work_precision, paced, cost_by_size, "
-            "hard_cases, metamorphic",
-            "none of them");
+    for (const JsonNode& item : items_of(root.at("experiments"))) {
+        study.experiments.push_back(read_experiment(item, files, repetitions));
     }
     for (const std::string& method : with) add_method(method, study);
+    const auto is_named = [&study](const std::string& text, std::vector<Level> Experiment::*levels) {
+        return std::any_of(study.experiments.begin(), study.experiments.end(),
+                           [&](const Experiment& one) { return names(one.*levels, text); });
+    };
     if (root.has("ours")) {
         study.ours = read_method(root.at("ours"), false).text;
-        const auto& part = study.closed_loop;
-        if (!part || std::none_of(part->responses.begin(), part->responses.end(),
-                                  [&study](const StudyMethod& m) { return m.text == study.ours; })) {
-            root.at("ours").fail("one of the closed loop's responses");
-        }
+        if (!is_named(study.ours, &Experiment::responses)) root.at("ours").fail("one of the study's responses");
     }
     if (root.has("reference")) {
         study.reference = read_method(root.at("reference"), true).text;
-        const auto named = [&study](const auto& part) {
-            return part && std::any_of(part->detectors.begin(), part->detectors.end(),
-                                       [&study](const StudyMethod& m) { return m.text == study.reference; });
-        };
-        if (!named(study.replay) && !named(study.closed_loop) && !named(study.paced)) {
+        if (!is_named(study.reference, &Experiment::detectors))
             root.at("reference").fail("one of the study's detectors");
-        }
     }
     return study;
 }
 
 std::vector<std::string> reference_notes(const Study& study) {
     std::vector<std::string> notes;
-    const auto search = [&](const auto& part, const char* name) {
-        if (!part) return;
-        const auto found = std::find_if(part->detectors.begin(), part->detectors.end(),
-                                        [&study](const StudyMethod& one) { return one.text == study.reference; });
-        const std::string what = found == part->detectors.end() ? "is not among the detectors"
-                                 : found->absent_reason ? "is absent from this build (" + *found->absent_reason + ")"
-                                 : !found->scenes.empty() && found->scenes.size() < part->scenes.size()
-                                     ? "runs on some scenes only"
-                                     : "";
-        if (what.empty()) return;
-        notes.push_back(fmt::format("{}: {}, which times are set against, {}: no ratios {}", name, study.reference,
-                                    what, what.starts_with("runs") ? "on the others" : "there"));
-    };
     if (study.reference.empty()) return notes;
-    search(study.replay, "replay");
-    if (!study.replay) search(study.closed_loop, "closed_loop");
+    const bool any_replay = std::any_of(study.experiments.begin(), study.experiments.end(),
+                                        [](const Experiment& one) { return one.frames == replay; });
+    std::int64_t number = -1;
+    for (const Experiment& experiment : study.experiments) {
+        ++number;
+        // Ratios of times are taken on replays, else on judged closed loops.
+        if (experiment.sweep || experiment.perturbed || experiment.truth_stride == 0) continue;
+        if (experiment.clock == Experiment::Clock::paced || experiment.inputs.front().kind != Input::Kind::scene)
+            continue;
+        if (any_replay != (experiment.frames == replay)) continue;
+        const auto found = std::find_if(experiment.detectors.begin(), experiment.detectors.end(),
+                                        [&study](const Level& one) { return one.text == study.reference; });
+        std::string what;
+        if (found == experiment.detectors.end()) {
+            what = "is not among the detectors";
+        } else if (found->absent_reason) {
+            what = "is absent from this build (" + *found->absent_reason + ")";
+        } else if (found->only.contains("inputs") && found->only.at("inputs").size() < experiment.inputs.size()) {
+            what = "runs on some scenes only";
+        }
+        if (what.empty()) continue;
+        notes.push_back(fmt::format("/experiments/{}: {}, which times are set against, {}: no ratios {}", number,
+                                    study.reference, what, what.starts_with("runs") ? "on the others" : "there"));
+    }
     return notes;
 }
 

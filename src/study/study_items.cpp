@@ -24,9 +24,9 @@ std::optional<std::string> reason_of_absence(const std::vector<AbsentMethod>& ab
 
 /// Checks a method text against the registry; the registry's own complaint is passed on with the place in the file.
 template <typename LookUp>
-StudyMethod check_method(const JsonNode& node, const std::string& text, const std::vector<AbsentMethod>& absent,
-                         LookUp look_up) {
-    StudyMethod method;
+Level check_method(const JsonNode& node, const std::string& text, const std::vector<AbsentMethod>& absent,
+                   LookUp look_up) {
+    Level method;
     try {
         const MethodSpec spec = parse_method(text);
         method.text = spec.text();
@@ -67,17 +67,17 @@ std::vector<JsonNode> items_of(const JsonNode& node) {
     return items;
 }
 
-std::int64_t count_of(const JsonNode& node) { return node.integer(1, 1'000'000'000'000); }
+std::int64_t count_of(const JsonNode& node, std::int64_t least) { return node.integer(least, 1'000'000'000'000); }
 
-StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
-                        const std::vector<std::string>& more_keys) {
+Level read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& inputs,
+                  const std::vector<std::string>& more_keys) {
     const bool plain = node.is_text();
     std::vector<std::string> keys{"method", "setting", "basis"};
-    if (!scenes.empty()) keys.emplace_back("scenes");
+    if (!inputs.empty()) keys.emplace_back("scenes");
     keys.insert(keys.end(), more_keys.begin(), more_keys.end());
     if (!plain) expect_object(node, keys, {"method"});
     const JsonNode name = plain ? node : node.at("method");
-    StudyMethod method =
+    Level method =
         is_detector ? check_method(name, name.text(), registry().absent_detectors(),
                                    [](const std::string& n) -> const DetectorEntry& { return registry().detector(n); })
                     : check_method(name, name.text(), registry().absent_responses(),
@@ -87,7 +87,8 @@ StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vecto
         method.setting = node.at("setting").word({"default", "recommended", "tuned"});
     }
     if (node.has("scenes")) {
-        for (const JsonNode& item : items_of(node.at("scenes"))) method.scenes.push_back(scene_of(item, scenes));
+        for (const JsonNode& item : items_of(node.at("scenes")))
+            method.only["inputs"].push_back(scene_of(item, inputs));
     }
     if (node.has("basis")) method.basis = node.at("basis").text();
     if (method.setting != "default" && method.basis.empty()) {
@@ -100,13 +101,13 @@ namespace {
 
 /// Every method of the build, each as it comes; one that the build lacks has its reason.
 template <typename Entry>
-std::vector<StudyMethod> all_methods(const std::vector<Entry>& entries, const std::vector<AbsentMethod>& absent) {
-    std::vector<StudyMethod> methods;
+std::vector<Level> all_methods(const std::vector<Entry>& entries, const std::vector<AbsentMethod>& absent) {
+    std::vector<Level> methods;
     for (const Entry& entry : entries) {
-        if (!entry.control) methods.push_back({.text = entry.name, .basis = {}, .scenes = {}, .absent_reason = {}});
+        if (!entry.control) methods.push_back({.text = entry.name});
     }
     for (const AbsentMethod& method : absent) {
-        methods.push_back({.text = method.name, .basis = {}, .scenes = {}, .absent_reason = method.reason});
+        methods.push_back({.text = method.name, .absent_reason = method.reason});
     }
     return methods;
 }
@@ -116,8 +117,8 @@ bool knows(const auto& entries, const std::vector<AbsentMethod>& absent, const s
     return std::any_of(entries.begin(), entries.end(), is_it) || std::any_of(absent.begin(), absent.end(), is_it);
 }
 
-void add_once(const StudyMethod& method, std::vector<StudyMethod>& methods) {
-    const auto is_it = [&method](const StudyMethod& one) { return one.text == method.text; };
+void add_once(const Level& method, std::vector<Level>& methods) {
+    const auto is_it = [&method](const Level& one) { return one.text == method.text; };
     if (std::none_of(methods.begin(), methods.end(), is_it)) methods.push_back(method);
 }
 
@@ -137,55 +138,36 @@ void add_method(const std::string& text, Study& study) {
             flag, "", "a detector or response of trocar list",
             with_replacement("'" + text + "'", was_detector ? NameKind::detector : NameKind::response, "", name));
     }
-    const StudyMethod method = read_method(node, is_detector);
+    const Level method = read_method(node, is_detector);
     bool taken = false;
-    const auto add = [&](auto& part, auto list) {
-        if (!part) return;
-        add_once(method, (*part).*list);
+    for (Experiment& experiment : study.experiments) {
+        const bool compares = !experiment.sweep && experiment.clock == Experiment::Clock::back_to_back &&
+                              (experiment.truth_stride > 0 || experiment.perturbed);
+        const bool is_loop = experiment.frames == Experiment::Frames::closed_loop;
+        const bool of_response =
+            is_loop && (experiment.perturbed || experiment.inputs.front().kind != Input::Kind::scene);
+        if (!compares || (is_detector ? of_response : !is_loop)) continue;
+        add_once(method, is_detector ? experiment.detectors : experiment.responses);
         taken = true;
-    };
-    if (is_detector) {
-        add(study.replay, &ReplayPart::detectors);
-        add(study.closed_loop, &ClosedLoopPart::detectors);
-        add(study.hard_cases, &HardCasesPart::detectors);
-        add(study.metamorphic, &LoopPart::detectors);
-    } else {
-        add(study.closed_loop, &ClosedLoopPart::responses);
-        if (study.closed_loop) {
-            for (StudyMethod& response : study.closed_loop->responses) {
-                if (response.text == method.text) serve(study.closed_loop->contacts, response);
-            }
-        }
-        add(study.hard_cases, &HardCasesPart::responses);
-        add(study.metamorphic, &LoopPart::responses);
     }
     if (!taken) {
-        throw InputError("--with", "",
-                         is_detector ? "a study with replay, closed_loop, hard_cases or metamorphic"
-                                     : "a study with closed_loop, hard_cases or metamorphic",
-                         study.file.string());
+        throw InputError(
+            flag, "",
+            is_detector ? "a study with a judged experiment on detectors" : "a study with a judged closed loop",
+            study.file.string());
     }
 }
 
-void serve(const std::vector<std::string>& contacts, StudyMethod& response) {
-    if (response.absent_reason || !response.contacts.empty()) return;
-    const MethodSpec spec = parse_method(response.text);
-    const bool served = std::any_of(contacts.begin(), contacts.end(), [&spec](const std::string& generator) {
-        return why_unreadable(registry().contact_generator(generator), spec).empty();
-    });
-    if (!served) response.contacts = {default_contact_generator(spec)};
-}
-
-std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
-                                      const std::vector<std::string>& more_keys) {
+std::vector<Level> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& inputs,
+                                const std::vector<std::string>& more_keys) {
     if (names_all(node)) {
         return is_detector ? all_methods(registry().detectors(), registry().absent_detectors())
                            : all_methods(registry().responses(), registry().absent_responses());
     }
-    std::vector<StudyMethod> methods;
+    std::vector<Level> methods;
     std::set<std::string> seen;
     for (const JsonNode& item : items_of(node)) {
-        methods.push_back(read_method(item, is_detector, scenes, more_keys));
+        methods.push_back(read_method(item, is_detector, inputs, more_keys));
         if (!seen.insert(methods.back().text).second) item.fail("each method once", methods.back().text + " again");
     }
     return methods;
@@ -261,9 +243,9 @@ std::vector<std::string> read_scenes(const JsonNode& node, const SceneFiles& fil
     return scenes;
 }
 
-void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& methods, bool is_detector,
-                     const std::string& key, const std::string& value) {
-    for (const StudyMethod& method : methods) {
+void check_parameter(const JsonNode& node, const std::vector<Level>& methods, bool is_detector, const std::string& key,
+                     const std::string& value) {
+    for (const Level& method : methods) {
         if (method.absent_reason) continue;
         const MethodSpec spec = parse_method(with_parameter(method, key, value).text);
         try {
@@ -280,10 +262,17 @@ void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& metho
     }
 }
 
-std::string read_contact_generator(const JsonNode& node) {
+std::vector<std::string> read_contact_generators(const JsonNode& node) {
     std::vector<std::string> names;
     for (const ContactGeneratorEntry& entry : registry().contact_generators()) names.push_back(entry.name);
-    return node.word(names, NameKind::contact_generator);
+    std::vector<std::string> generators;
+    for (const JsonNode& item : items_of(node)) {
+        generators.push_back(item.word(names, NameKind::contact_generator));
+        if (std::count(generators.begin(), generators.end(), generators.back()) > 1) {
+            item.fail("each contact generator once", generators.back() + " again");
+        }
+    }
+    return generators;
 }
 
 std::vector<std::string> read_steppers(const JsonNode& node) {

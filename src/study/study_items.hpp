@@ -17,24 +17,25 @@ void expect_object(const JsonNode& node, const std::vector<std::string>& known,
                    const std::vector<std::string>& required);
 /// A non-empty list.
 std::vector<JsonNode> items_of(const JsonNode& node);
-/// An integer >= 1.
-std::int64_t count_of(const JsonNode& node);
+/// An integer >= `least`.
+std::int64_t count_of(const JsonNode& node, std::int64_t least = 1);
 
-/// Reads a method from text, or from an object with its setting and basis. With `scenes`, the object may name a subset
-/// of them. `more_keys`: further keys that the caller allows.
-StudyMethod read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes = {},
-                        const std::vector<std::string>& more_keys = {});
+/// Reads a method from text, or from an object with its setting and basis. `inputs`: files of the experiment, of which
+/// the object may name a subset. `more_keys`: further keys that the caller allows and reads.
+Level read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& inputs = {},
+                  const std::vector<std::string>& more_keys = {});
 /// True for the text "all" in place of a list of methods.
 bool names_all(const JsonNode& node);
 /// A list of distinct methods, or "all": every method of the build, absent ones included.
-std::vector<StudyMethod> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& scenes,
-                                      const std::vector<std::string>& more_keys = {});
+std::vector<Level> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& inputs,
+                                const std::vector<std::string>& more_keys = {});
 /// Checks a parameter by constructing every method of the list with it.
-void check_parameter(const JsonNode& node, const std::vector<StudyMethod>& methods, bool is_detector,
-                     const std::string& key, const std::string& value);
+void check_parameter(const JsonNode& node, const std::vector<Level>& methods, bool is_detector, const std::string& key,
+                     const std::string& value);
 
-/// Adds a method of the command line to the parts that take its kind: `replay`, `closed_loop`, `hard_cases`,
-/// `metamorphic`. Throws InputError for an unknown method, and for a study without such a part.
+/// Adds a method of the command line to the experiments that compare methods of its kind: those without a sweep, judged
+/// and not paced; a detector not to closed loops on cases and under perturbations, whose subject is the response.
+/// Throws InputError for an unknown method, and for a study without such an experiment.
 void add_method(const std::string& text, Study& study);
 
 /// Search path for the scenes of a study.
@@ -43,26 +44,14 @@ struct SceneFiles {
     std::vector<std::filesystem::path> shipped;  ///< then these, matched by name
 };
 
-/// Sets the response's default contact generator when it can read none of `contacts`. Responses with named contact
-/// generators and absent responses stay unchanged.
-void serve(const std::vector<std::string>& contacts, StudyMethod& response);
-
 /// Existing scene files without repetition, as paths relative to the study file. A bare name, with or without .json,
 /// may be that of a shipped scene. Shell patterns after the last slash expand to the matching files.
 std::vector<std::string> read_scenes(const JsonNode& node, const SceneFiles& files);
-/// Name of a contact generator of this build.
-std::string read_contact_generator(const JsonNode& node);
+/// Distinct contact generators of this build.
+std::vector<std::string> read_contact_generators(const JsonNode& node);
 /// Distinct steppers, each as RunSpec::stepper.
 std::vector<std::string> read_steppers(const JsonNode& node);
 /// An object of settings, or the text of a command line. Result as RunSpec::device.
 std::string read_device_of(const JsonNode& node);
-
-/// Ticks (0: the scene's), repetitions and truth stride of a part.
-template <typename Part>
-void read_counts(const JsonNode& node, std::int64_t repetitions, Part& part) {
-    part.repetitions = node.has("repetitions") ? count_of(node.at("repetitions")) : repetitions;
-    part.ticks = node.has("ticks") ? count_of(node.at("ticks")) : 0;
-    part.truth_stride = node.has("truth_stride") ? count_of(node.at("truth_stride")) : 1;
-}
 
 }  // namespace trocar

@@ -1,4 +1,4 @@
-// From a study to its shuffled list of runs: which combinations are made, which are settled without being made.
+// From a study to its shuffled list of runs: which combinations are made, and which are settled without being made.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,7 +36,7 @@ void add_run(PlannedRun run, std::vector<PlannedRun>& runs) {
 }
 
 void settle_absent(PlannedRun& run) {
-    for (const StudyMethod* method : {&run.detector, &run.response}) {
+    for (const Level* method : {&run.detector, &run.response}) {
         if (!method->absent_reason || run.settled) continue;
         run.settled = Outcome{OutcomeKind::absent,
                               fmt::format("{}: {}", parse_method(method->text).name, *method->absent_reason)};
@@ -44,264 +44,176 @@ void settle_absent(PlannedRun& run) {
 }
 
 /// Why a detector has nothing to give for contacts of this generator; empty when it has.
-std::string unreported(const StudyMethod& detector, const std::string& contacts) {
+std::string unreported(const Level& detector, const std::string& contacts) {
     if (detector.absent_reason) return {};
     return why_unreported(registry().detector(parse_method(detector.text).name),
                           registry().contact_generator(contacts));
 }
 
 /// Why a response can do nothing with contacts of this generator; empty when it can.
-std::string unreadable(const StudyMethod& response, const std::string& contacts) {
+std::string unreadable(const Level& response, const std::string& contacts) {
     if (response.absent_reason) return {};
     return why_unreadable(registry().contact_generator(contacts), parse_method(response.text));
 }
 
 /// The contact generator that a response works from where none is named.
-std::string own_contact_generator(const StudyMethod& response) {
+std::string own_contact_generator(const Level& response) {
     if (response.absent_reason) return "intersection";
     return default_contact_generator(parse_method(response.text));
 }
 
-/// Why the two cannot work on contacts of this generator; empty when they can, and for a detector alone.
-std::string why_without_contacts(const StudyMethod& detector, const StudyMethod& response,
-                                 const std::string& contacts) {
-    if (response.text.empty()) return {};
-    const std::string reason = unreported(detector, contacts);
-    return reason.empty() ? unreadable(response, contacts) : reason;
+/// The list of a factor that a level runs with: its own, else the experiment's.
+const std::vector<std::string>& levels_of(const Level& level, const std::string& factor,
+                                          const std::vector<std::string>& all) {
+    const auto own = level.only.find(factor);
+    return own == level.only.end() ? all : own->second;
 }
 
-PlannedRun planned(const Study& study, const std::string& mode, const std::string& scene_file, std::int64_t ticks,
-                   std::int64_t truth_stride, std::int64_t repetition, const StudyMethod& detector,
-                   const StudyMethod& response, const std::string& contacts) {
+bool runs_with(const Level& level, const std::string& factor, const std::string& one) {
+    const auto own = level.only.find(factor);
+    return own == level.only.end() || std::find(own->second.begin(), own->second.end(), one) != own->second.end();
+}
+
+/// Contact generators of a response; of a detector alone, the empty one.
+std::vector<std::string> generators_of(const Experiment& experiment, const Level& response) {
+    if (response.text.empty()) return {""};
+    const std::vector<std::string>& chosen = levels_of(response, "contacts", experiment.contacts);
+    return chosen.empty() ? std::vector<std::string>{own_contact_generator(response)} : chosen;
+}
+
+/// What a run is to the report. Sections select runs by it.
+std::string mode_of(const Experiment& experiment, Input::Kind input) {
+    if (experiment.perturbed) return "metamorphic";
+    if (input != Input::Kind::scene) return "hard_case";
+    if (experiment.clock == Experiment::Clock::paced) return "paced";
+    if (experiment.sweep) return "work_precision";
+    if (experiment.frames == Experiment::Frames::replay) return "replay";
+    return experiment.truth_stride == 0 ? "cost_by_size" : "closed_loop";
+}
+
+PlannedRun planned(const Study& study, const Experiment& experiment, std::int64_t repetition, const Level& detector,
+                   const Level& response, const std::string& contacts) {
     PlannedRun run;
     run.spec.study = study.name;
-    run.spec.mode = mode;
-    run.spec.scene_file = scene_file;
-    run.spec.scene = std::filesystem::path(scene_file).stem().string();
+    run.spec.mode = mode_of(experiment, Input::Kind::scene);
     run.spec.detector = detector.text;
     run.spec.response = response.text;
     run.spec.contacts = contacts;
     if (!response.text.empty()) run.spec.device = study.device;
-    run.spec.setting = detector.text.empty() ? response.setting : detector.setting;
+    run.spec.setting = response.text.empty() || response.setting == "default" ? detector.setting : response.setting;
     run.spec.repetition = repetition;
     run.spec.seed = study.seed;
-    run.spec.ticks = ticks;
-    run.spec.truth_stride = truth_stride;
+    run.spec.ticks = experiment.ticks;
+    run.spec.truth_stride = experiment.truth_stride;
     run.detector = detector;
     run.response = response;
     settle_absent(run);
     return run;
 }
 
-bool is_among(const std::vector<std::string>& chosen, const std::string& one) {
-    return chosen.empty() || std::find(chosen.begin(), chosen.end(), one) != chosen.end();
+void set_input(const Experiment& experiment, const Input& input, PlannedRun& run) {
+    run.spec.mode = mode_of(experiment, input.kind);
+    run.spec.scene_file = input.file;
+    run.spec.scene = input.name.empty() ? std::filesystem::path(input.file).stem().string() : input.name;
+    if (input.ticks > 0) run.spec.ticks = input.ticks;
+    run.facts = input.facts;
+    if (run.spec.mode == "replay") run.spec.between_ticks = experiment.between_ticks;
+    if (run.spec.mode == "closed_loop") {
+        run.spec.detail_stride = experiment.detail_stride;
+        if (!run.detector.judged) run.spec.truth_stride = 0;
+    }
+    if (run.spec.mode == "metamorphic" || run.spec.mode == "paced") run.spec.truth_stride = 0;
 }
 
-bool runs_on(const StudyMethod& method, const std::string& scene) { return is_among(method.scenes, scene); }
+void set_stepper(const std::string& stepper, PlannedRun& run) {
+    run.spec.stepper = stepper;
+    if (run.spec.mode != "cost_by_size" && run.spec.mode != "paced") return;
+    run.facts["run.stepper"] = stepper.empty() ? registry().default_stepper().name : stepper;
+}
 
-/// Loops that nobody judges.
-void add_loops(const Study& study, const std::string& mode, const std::optional<LoopPart>& part,
-               std::int64_t repetition, std::vector<PlannedRun>& runs) {
-    if (!part || repetition >= part->repetitions) return;
-    const std::vector<std::string> steppers = part->steppers.empty() ? std::vector<std::string>{""} : part->steppers;
-    for (const std::string& scene : part->scenes) {
-        for (const StudyMethod& detector : part->detectors) {
-            for (const StudyMethod& response : part->responses) {
-                if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
-                for (const std::string& stepper : steppers) {
-                    PlannedRun run = planned(study, mode, scene, part->ticks, 0, repetition, detector, response,
-                                             own_contact_generator(response));
-                    run.spec.stepper = stepper;
-                    run.facts["run.stepper"] = stepper.empty() ? registry().default_stepper().name : stepper;
-                    if (!run.settled || repetition == 0) add_run(std::move(run), runs);
-                }
+/// The run with one value of the sweep.
+PlannedRun with_value(PlannedRun run, const std::string& knob, const std::string& value) {
+    const std::string owner = knob.substr(0, knob.find('.'));
+    const std::string key = knob.substr(std::min(knob.find('.') + 1, knob.size()));
+    if (owner == "detector") run.detector = with_parameter(run.detector, key, value);
+    if (owner == "response") run.response = with_parameter(run.response, key, value);
+    if (owner == knob) run.spec.overrides = knob + "=" + value;
+    run.spec.detector = run.detector.text;
+    run.spec.response = run.response.text;
+    run.spec.knob = knob;
+    run.spec.point = value;
+    return run;
+}
+
+/// Adds the row of a combination that is settled on every input. The first repetition reports it, once.
+void add_unsupported(PlannedRun run, const std::string& reason, std::vector<PlannedRun>& runs) {
+    run.settled = Outcome{OutcomeKind::unsupported, reason};
+    add_run(std::move(run), runs);
+}
+
+/// Combinations of contact generators with responses that cannot read them, and with detectors that lack them.
+void add_without_contacts(const Study& study, const Experiment& experiment, std::vector<PlannedRun>& runs) {
+    std::vector<std::string> generators;
+    for (const Level& response : experiment.responses) {
+        for (const std::string& contacts : generators_of(experiment, response)) {
+            if (const std::string reason = unreadable(response, contacts); !reason.empty()) {
+                add_unsupported(planned(study, experiment, 0, {}, response, contacts), reason, runs);
             }
+            if (std::find(generators.begin(), generators.end(), contacts) == generators.end()) {
+                generators.push_back(contacts);
+            }
+        }
+    }
+    for (const std::string& contacts : generators) {
+        for (const Level& detector : experiment.detectors) {
+            const std::string reason = unreported(detector, contacts);
+            if (reason.empty()) continue;
+            add_unsupported(planned(study, experiment, 0, detector, {}, contacts), reason, runs);
         }
     }
 }
 
-void add_sweeps(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
-    if (!study.work_precision || repetition >= study.work_precision->repetitions) return;
-    const WorkPrecisionPart& part = *study.work_precision;
-    for (const WorkPrecisionPart::Sweep& sweep : part.sweeps) {
-        const std::string owner = sweep.knob.substr(0, sweep.knob.find('.'));
-        const std::string key = sweep.knob.substr(std::min(sweep.knob.find('.') + 1, sweep.knob.size()));
-        const std::vector<StudyMethod> responses =
-            sweep.responses.empty() ? std::vector<StudyMethod>{StudyMethod{}} : sweep.responses;
-        for (const std::string& scene : sweep.scenes) {
-            for (const StudyMethod& detector : sweep.detectors) {
-                for (const StudyMethod& response : responses) {
-                    if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
-                    const bool own = sweep.contacts.empty() && !response.text.empty();
-                    const std::string contacts = own ? own_contact_generator(response) : sweep.contacts;
-                    const std::string reason = why_without_contacts(detector, response, contacts);
-                    for (const std::string& value : sweep.values) {
-                        PlannedRun run =
-                            planned(study, "work_precision", scene, part.ticks, part.truth_stride, repetition,
-                                    owner == "detector" ? with_parameter(detector, key, value) : detector,
-                                    owner == "response" ? with_parameter(response, key, value) : response,
-                                    sweep.responses.empty() ? "" : contacts);
-                        if (owner == sweep.knob) run.spec.overrides = sweep.knob + "=" + value;
-                        run.spec.knob = sweep.knob;
-                        run.spec.point = value;
-                        if (!run.settled && !reason.empty()) run.settled = Outcome{OutcomeKind::unsupported, reason};
-                        if (!run.settled || repetition == 0) add_run(std::move(run), runs);
+/// The runs of one combination of input, detector, response and contact generator.
+void add_combination(const Experiment& experiment, const PlannedRun& combination, std::vector<PlannedRun>& runs) {
+    std::vector<std::string> steppers = levels_of(combination.response, "steppers", experiment.steppers);
+    if (steppers.empty()) steppers = {""};
+    for (const std::string& stepper : steppers) {
+        PlannedRun run = combination;
+        set_stepper(stepper, run);
+        if (!experiment.sweep) {
+            add_run(std::move(run), runs);
+            continue;
+        }
+        for (const std::string& value : experiment.sweep->values) {
+            add_run(with_value(run, experiment.sweep->knob, value), runs);
+        }
+    }
+}
+
+/// The runs of one repetition. A combination that is settled without running is reported in the first one only.
+void add_experiment(const Study& study, const Experiment& experiment, std::int64_t repetition,
+                    std::vector<PlannedRun>& runs) {
+    const std::vector<Level> none(1);
+    const bool alone = experiment.responses.empty();
+    if (repetition == 0) add_without_contacts(study, experiment, runs);
+    for (const Input& input : experiment.inputs) {
+        if (repetition > 0 && input.kind != Input::Kind::scene) continue;  // the clock is no part of the answer
+        for (const Level& detector : experiment.detectors) {
+            if (!runs_with(detector, "inputs", input.file)) continue;
+            for (const Level& response : alone ? none : experiment.responses) {
+                if (!runs_with(response, "inputs", input.file)) continue;
+                if (!runs_with(response, "detectors", detector.text)) continue;
+                for (const std::string& contacts : generators_of(experiment, response)) {
+                    if (!alone && !(unreadable(response, contacts).empty() && unreported(detector, contacts).empty())) {
+                        continue;
                     }
+                    PlannedRun run = planned(study, experiment, repetition, detector, response, contacts);
+                    set_input(experiment, input, run);
+                    if (!run.settled || repetition == 0) add_combination(experiment, run, runs);
                 }
             }
         }
     }
-}
-
-/// What a record must say of its case, so that the report needs no other file.
-std::map<std::string, std::string> facts_of(const HardCase& hard_case) {
-    std::map<std::string, std::string> facts{{"case.of", hard_case.of},
-                                             {"case.reason", hard_case.reason},
-                                             {"case.outcome", std::string(name_of(hard_case.outcome))}};
-    if (hard_case.pairs) {
-        facts["case.expected"] = fmt::format("{} {}, {} touching", hard_case.pairs->size(),
-                                             hard_case.pairs->size() == 1 ? "pair" : "pairs", hard_case.touch.size());
-    }
-    if (!hard_case.bad_input.empty()) facts["case.expected"] = "refused, naming " + hard_case.bad_input;
-    if (!hard_case.tested.empty()) facts["case.tested"] = hard_case.tested;
-    for (const auto& [figure, most] : hard_case.at_most) facts["case.at_most." + figure] = fmt::format("{}", most);
-    return facts;
-}
-
-void add_hard_cases(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
-    if (!study.hard_cases || repetition > 0) return;  // the right answer is no matter of the clock
-    const HardCasesPart& part = *study.hard_cases;
-    const auto add = [&](const std::string& file, const std::string& name, std::int64_t ticks,
-                         const StudyMethod& detector, const StudyMethod& response,
-                         std::map<std::string, std::string> facts, const std::optional<Outcome>& settled) {
-        PlannedRun run = planned(study, "hard_case", file, ticks, part.truth_stride, repetition, detector, response,
-                                 response.text.empty() ? "" : own_contact_generator(response));
-        run.spec.scene = name;
-        run.facts = std::move(facts);
-        if (settled) run.settled = settled;
-        add_run(std::move(run), runs);
-    };
-    for (const HardCase& one : part.cases) {
-        const std::string file = (std::filesystem::path(part.folder) / one.name / "expected.json").generic_string();
-        const auto facts = facts_of(one);
-        if (!one.tested.empty()) {
-            add(file, one.name, 1, {}, {}, facts, Outcome{});
-        } else if (!one.bad_input.empty()) {
-            add(file, one.name, 1, {}, {}, facts, std::nullopt);
-        } else if (one.pairs) {
-            for (const StudyMethod& detector : part.detectors)
-                add(file, one.name, 1, detector, {}, facts, std::nullopt);
-        } else {
-            const std::filesystem::path scene = std::filesystem::path(part.folder) / one.name / one.scene;
-            for (const StudyMethod& response : part.responses) {
-                add(scene.lexically_normal().generic_string(), one.name, one.ticks, part.detectors.front(), response,
-                    facts, std::nullopt);
-            }
-        }
-    }
-    for (const std::string& family : part.families) {
-        const std::string name = std::filesystem::path(family).stem().string();
-        for (const StudyMethod& detector : part.detectors) add(family, name, 1, detector, {}, {}, std::nullopt);
-    }
-}
-
-void add_metamorphic_tests(const Study& study, std::int64_t repetition, std::vector<PlannedRun>& runs) {
-    if (!study.metamorphic || repetition >= study.metamorphic->repetitions) return;
-    const LoopPart& part = *study.metamorphic;
-    for (const std::string& scene : part.scenes) {
-        const auto add = [&](const StudyMethod& detector, const StudyMethod& response) {
-            PlannedRun run = planned(study, "metamorphic", scene, part.ticks, 0, repetition, detector, response,
-                                     response.text.empty() ? "" : own_contact_generator(response));
-            if (!run.settled || repetition == 0) add_run(std::move(run), runs);
-        };
-        for (const StudyMethod& detector : part.detectors) {
-            if (runs_on(detector, scene)) add(detector, {});
-        }
-        for (const StudyMethod& response : part.responses) {
-            if (runs_on(response, scene)) add(part.detectors.front(), response);
-        }
-    }
-}
-
-/// The runs of one repetition; an unanswerable combination is reported once, in the first repetition, not per scene.
-std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
-    std::vector<PlannedRun> runs;
-    const auto wanted = [repetition](const PlannedRun& run) { return !run.settled || repetition == 0; };
-    if (study.replay && repetition < study.replay->repetitions) {
-        for (const std::string& scene : study.replay->scenes) {
-            for (const StudyMethod& detector : study.replay->detectors) {
-                if (!runs_on(detector, scene)) continue;
-                PlannedRun run = planned(study, "replay", scene, study.replay->ticks, study.replay->truth_stride,
-                                         repetition, detector, StudyMethod{}, "");
-                run.spec.between_ticks = study.replay->between_ticks;
-                if (wanted(run)) add_run(std::move(run), runs);
-            }
-        }
-    }
-    if (study.closed_loop && repetition < study.closed_loop->repetitions) {
-        const ClosedLoopPart& part = *study.closed_loop;
-        std::vector<std::string> contact_generators = part.contacts;
-        for (const StudyMethod& response : part.responses) {
-            for (const std::string& own : response.contacts) {
-                if (!is_among(contact_generators, own)) contact_generators.push_back(own);
-            }
-        }
-        const auto takes = [&part](const StudyMethod& response, const std::string& contacts) {
-            return is_among(response.contacts.empty() ? part.contacts : response.contacts, contacts);
-        };
-        for (const std::string& contacts : contact_generators) {
-            for (const StudyMethod& response : part.responses) {
-                const std::string reason = unreadable(response, contacts);
-                if (reason.empty() || repetition > 0 || !takes(response, contacts)) continue;
-                PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, StudyMethod{},
-                                         response, contacts);
-                run.settled = Outcome{OutcomeKind::unsupported, reason};
-                add_run(std::move(run), runs);
-            }
-            for (const StudyMethod& detector : part.detectors) {
-                if (const std::string reason = unreported(detector, contacts); !reason.empty()) {
-                    if (repetition > 0) continue;
-                    PlannedRun run = planned(study, "closed_loop", "", part.ticks, part.truth_stride, 0, detector,
-                                             StudyMethod{}, contacts);
-                    run.settled = Outcome{OutcomeKind::unsupported, reason};
-                    add_run(std::move(run), runs);
-                    continue;
-                }
-                for (const StudyMethod& response : part.responses) {
-                    if (!unreadable(response, contacts).empty() || !takes(response, contacts)) continue;
-                    if (!is_among(response.detectors, detector.text)) continue;
-                    for (const std::string& scene : part.scenes) {
-                        if (!runs_on(detector, scene) || !runs_on(response, scene)) continue;
-                        PlannedRun run =
-                            planned(study, "closed_loop", scene, part.ticks, detector.judged ? part.truth_stride : 0,
-                                    repetition, detector, response, contacts);
-                        run.spec.detail_stride = part.detail_stride;
-                        if (!wanted(run)) continue;
-                        const auto& steppers = response.steppers.empty() ? part.steppers : response.steppers;
-                        for (const std::string& stepper : steppers) {
-                            add_run(run, runs);
-                            runs.back().spec.stepper = stepper;
-                        }
-                        if (steppers.empty()) add_run(std::move(run), runs);
-                    }
-                }
-            }
-        }
-    }
-    if (study.triangle_pair && repetition < study.triangle_pair->repetitions) {
-        for (const std::string& scene : study.triangle_pair->scenes) {
-            PlannedRun run =
-                planned(study, "triangle_pair", scene, study.triangle_pair->ticks, study.triangle_pair->truth_stride,
-                        repetition, StudyMethod{}, study.triangle_pair->response, "intersection");
-            if (wanted(run)) add_run(std::move(run), runs);
-        }
-    }
-    add_sweeps(study, repetition, runs);
-    add_hard_cases(study, repetition, runs);
-    add_metamorphic_tests(study, repetition, runs);
-    add_loops(study, "cost_by_size", study.cost_by_size, repetition, runs);
-    add_loops(study, "paced", study.paced, repetition, runs);
-    return runs;
 }
 
 double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {
@@ -315,16 +227,15 @@ double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {
     if (spec.mode == "paced") return start + 2.0 * ticks * facts.dt;
     if (is_mesh_case(spec)) return start;
     if (spec.mode == "metamorphic") return start + 7.0 * ticks * (tick + tick_triangle * triangles);
-    const double truth =
-        spec.mode == "triangle_pair" || spec.truth_stride == 0 ? 0.0 : ticks / static_cast<double>(spec.truth_stride);
+    const double truth = spec.truth_stride == 0 ? 0.0 : ticks / static_cast<double>(spec.truth_stride);
     return start + ticks * (tick + tick_triangle * triangles) + truth * (judged + judged_triangle * triangles);
 }
 
 }  // namespace
 
 /// The method with one parameter set, whatever it was before.
-StudyMethod with_parameter(const StudyMethod& method, const std::string& key, const std::string& value) {
-    StudyMethod changed = method;
+Level with_parameter(const Level& method, const std::string& key, const std::string& value) {
+    Level changed = method;
     MethodSpec spec = parse_method(method.text);
     spec.parameters[key] = value;
     changed.text = spec.text();
@@ -333,21 +244,17 @@ StudyMethod with_parameter(const StudyMethod& method, const std::string& key, co
 
 std::vector<PlannedRun> make_plan(const Study& study) {
     std::int64_t repetitions = 0;
-    if (study.hard_cases) repetitions = std::max<std::int64_t>(repetitions, 1);
-    if (study.metamorphic) repetitions = std::max(repetitions, study.metamorphic->repetitions);
-    if (study.work_precision) repetitions = std::max(repetitions, study.work_precision->repetitions);
-    if (study.cost_by_size) repetitions = std::max(repetitions, study.cost_by_size->repetitions);
-    if (study.paced) repetitions = std::max(repetitions, study.paced->repetitions);
-    if (study.replay) repetitions = std::max(repetitions, study.replay->repetitions);
-    if (study.closed_loop) repetitions = std::max(repetitions, study.closed_loop->repetitions);
-    if (study.triangle_pair) repetitions = std::max(repetitions, study.triangle_pair->repetitions);
+    for (const Experiment& experiment : study.experiments) repetitions = std::max(repetitions, experiment.repetitions);
     if (are_sizes_limited() && repetitions > most_runs) {
         throw InputError("study", "", limit_text(most_runs, "runs"), fmt::format("{} repetitions", repetitions));
     }
     std::vector<PlannedRun> plan;
     std::uint64_t random = study.seed;
     for (std::int64_t repetition = 0; repetition < repetitions; ++repetition) {
-        std::vector<PlannedRun> runs = block(study, repetition);
+        std::vector<PlannedRun> runs;
+        for (const Experiment& experiment : study.experiments) {
+            if (repetition < experiment.repetitions) add_experiment(study, experiment, repetition, runs);
+        }
         shuffle(runs, random);
         for (PlannedRun& run : runs) add_run(std::move(run), plan);
     }
