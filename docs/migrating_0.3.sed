@@ -57,5 +57,4 @@ s/--contacts tracked\b/--contacts tracked_proximity/g
 s/--stepper regional\b/--stepper adaptive_multires/g
 s/--reach-margin\b/--query-distance-margin/g
 # Files: formats and keys
-s/"trocar-scene-1"/"trocar-scene-2"/g; s/"trocar-study-1"/"trocar-study-2"/g
-s/"certificate"/"metamorphic"/g
+s/"trocar-scene-1"/"trocar-scene-2"/g

@@ -108,8 +108,8 @@ TEST_F(ExitStatus, RunIsThreeForAResponseThatFails) {
 
 TEST_F(ExitStatus, AMetamorphicTestOfADetectorThatRefusesReportsTheRefusal) {
     write("poke.json", test::poke_text());
-    const std::string study = write("study.json", R"({"format":"trocar-study-2","name":"refused",
-        "metamorphic":{"scenes":["poke.json"],"detectors":["liar:refuse=on"],"ticks":3}})");
+    const std::string study = write("study.json", R"({"format":"trocar-study-3","name":"refused",
+        "experiments":[{"frames":"replay","perturbed":true,"scenes":["poke.json"],"detectors":["liar:refuse=on"],"ticks":3}]})");
     const ProgramResult result = with_liars("study " + study + " --output " + file("out"));
     std::ifstream lines(file("out") + "/records.jsonl");
     int records = 0;

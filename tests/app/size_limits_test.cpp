@@ -108,8 +108,10 @@ TEST_F(SizeLimits, FacesOfHundredThousandCornersAndLargeFilesAreRefused) {
 TEST_F(SizeLimits, StudiesOfMoreThanHundredThousandRunsAreRefused) {
     write("scene.json", test::poke_text());
     const auto study = [this](std::int64_t repetitions, std::size_t scenes) {
-        json text{{"format", "trocar-study-2"}, {"name", "many"}, {"repetitions", repetitions}};
-        text["replay"] = {{"scenes", json(scenes, "scene.json")}, {"detectors", json(1, json{{"method", "ohc"}})}};
+        json text{{"format", "trocar-study-3"}, {"name", "many"}, {"repetitions", repetitions}};
+        text["experiments"] = json(1, json{{"frames", "replay"},
+                                           {"scenes", json(scenes, "scene.json")},
+                                           {"detectors", json(1, json{{"method", "ohc"}})}});
         return "study --plan " + write("study.json", text.dump());
     };
     expect_refused(study(4294967295, 1), "at most 100000 runs");

@@ -29,21 +29,17 @@ protected:
         write_study(40);
     }
     void write_study(int ticks) {
-        nlohmann::json study{
-            {"format", "trocar-study-2"},
-            {"name", "small"},
-            {"reference", "brute_force"},
-            {"replay",
-             {{"scenes", {"i2t_poke.json", "i2i_cross.json"}},
-              {"detectors", {"ohc", "brute_force"}},
-              {"ticks", ticks}}},
-            {"closed_loop",
-             {{"scenes", {"i2t_poke.json", "i2i_cross.json"}},
-              {"detectors", {"ohc", "brute_force"}},
-              {"responses", {"thesis:profile=faithful", "penalty"}},
-              {"contacts", {"intersection", "native"}},
-              {"ticks", ticks}}},
-            {"triangle_pair", {{"scenes", {"i2t_poke.json"}}, {"response", "thesis"}, {"ticks", ticks}}}};
+        nlohmann::json study{{"format", "trocar-study-3"}, {"name", "small"}, {"reference", "brute_force"}};
+        study["experiments"] = {{{"frames", "replay"},
+                                 {"scenes", {"i2t_poke.json", "i2i_cross.json"}},
+                                 {"detectors", {"ohc", "brute_force"}},
+                                 {"ticks", ticks}},
+                                {{"frames", "closed_loop"},
+                                 {"scenes", {"i2t_poke.json", "i2i_cross.json"}},
+                                 {"detectors", {"ohc", "brute_force"}},
+                                 {"responses", {"thesis:profile=faithful", "penalty"}},
+                                 {"contacts", {"intersection", "native"}},
+                                 {"ticks", ticks}}};
         std::ofstream(file()) << study.dump(1);
     }
     [[nodiscard]] std::filesystem::path file() const { return folder_.path() / "study.json"; }
@@ -95,10 +91,10 @@ protected:
             EXPECT_EQ(after.at(path), content) << "a finished run was made again";
     }
 
-    // Replay 2 x 2, closed loop 2 scenes x 2 detectors x 2 responses, 1 of pairs; once each: two detectors
+    // Replay 2 x 2, closed loop 2 scenes x 2 detectors x 2 responses; once each: two detectors
     // without native contacts, and a response that cannot read them.
     static constexpr int not_run = 2 + 1;
-    static constexpr int total_runs = 4 + 8 + 1 + not_run;
+    static constexpr int total_runs = 4 + 8 + not_run;
     TemporaryFolder folder_;
 };
 
@@ -145,15 +141,9 @@ TEST_F(StudyCommand, DetectorsThatMoveTissueAlikeStandInOneRow) {
 }
 
 TEST_F(StudyCommand, ThePictureOfTheWorstTickIsOfTheRecordsAndMadeAgainToTheByte) {
-    const nlohmann::json study{{"format", "trocar-study-2"},
-                               {"name", "stabs"},
-                               {"closed_loop",
-                                {{"scenes", {"i2t_stab.json"}},
-                                 {"detectors", {"ohc"}},
-                                 {"responses", {"penalty", "impulse"}},
-                                 {"contacts", {"intersection"}},
-                                 {"ticks", 120}}}};
-    std::ofstream(file()) << study.dump();
+    std::ofstream(file()) << R"({"format":"trocar-study-3","name":"stabs","experiments":[{"frames":"closed_loop",
+        "scenes":["i2t_stab.json"],"detectors":["ohc"],"responses":["penalty","impulse"],
+        "contacts":["intersection"],"ticks":120}]})";
     (void)run_json();
     const std::filesystem::path picture = output() / "worst_tick.json";
     const std::string before = read_file(picture);
@@ -200,10 +190,10 @@ TEST_F(StudyCommand, PlanReportsTheStepperOfARun) {
 
 TEST_F(StudyCommand, BadStudyIsOneLineAndLeavesNothing) {
     std::ofstream(file())
-        << R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["i2t_poke.json"],"detectors":["nobody"]}})";
+        << R"({"format":"trocar-study-3","name":"s","experiments":[{"frames":"replay","scenes":["i2t_poke.json"],"detectors":["nobody"]}]})";
     const ProgramResult result = run_program(arguments());
     EXPECT_EQ(result.status, 2);
-    EXPECT_NE(result.err.find("/replay/detectors/0"), std::string::npos) << result.err;
+    EXPECT_NE(result.err.find("/experiments/0/detectors/0"), std::string::npos) << result.err;
     EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
     EXPECT_FALSE(std::filesystem::exists(output()));
 }
@@ -213,7 +203,7 @@ TEST_F(StudyCommand, SceneWithoutItsDataIsARow) {
         << R"({"format":"trocar-scene-2","name":"away","unit":"m","dt":0.001,"ticks":5,"seed":1,"bodies":[)"
            R"({"name":"liver","kind":"rigid","closed":true,"parts":[{"mesh":"data:no/such.stl","pose":[0,0,0,0,0,0]}]}]})";
     std::ofstream(file())
-        << R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["away.json"],"detectors":["ohc"]}})";
+        << R"({"format":"trocar-study-3","name":"s","experiments":[{"frames":"replay","scenes":["away.json"],"detectors":["ohc"]}]})";
     const ProgramResult result = run_program(arguments() + " --json");
     EXPECT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(nlohmann::json::parse(result.out)["outcomes"]["unsupported"], 1);

@@ -406,10 +406,10 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
         faults.emplace_back(study_of({text}), where);
         if (where.front() == '/') faults.back().second = place + where;
     }
-    for (const auto& [text, place] : faults) {
+    for (const auto& [text, where] : faults) {
         const std::string message = complaint(text);
         EXPECT_NE(message.find("study.json"), std::string::npos) << text << "\n" << message;
-        EXPECT_NE(message.find(place), std::string::npos) << text << "\n" << message;
+        EXPECT_NE(message.find(where), std::string::npos) << text << "\n" << message;
         EXPECT_EQ(message.find('\n'), std::string::npos) << message;
     }
 }

@@ -26,15 +26,10 @@ protected:
             std::filesystem::copy_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / scene,
                                        folder_.path() / scene);
         }
-        const nlohmann::json study{{"format", "trocar-study-2"},
-                                   {"name", "small"},
-                                   {"closed_loop",
-                                    {{"scenes", {"i2t_poke.json", "i2i_cross.json"}},
-                                     {"detectors", {"ohc"}},
-                                     {"responses", {"unilateral", "thesis:profile=faithful", "penalty"}},
-                                     {"contacts", {"intersection", "tracked_proximity"}},
-                                     {"ticks", 40}}}};
-        std::ofstream(folder_.path() / "study.json") << study.dump();
+        std::ofstream(folder_.path() / "study.json") << R"({"format":"trocar-study-3","name":"small","experiments":[
+            {"frames":"closed_loop","scenes":["i2t_poke.json","i2i_cross.json"],"detectors":["ohc"],
+             "responses":["unilateral","thesis:profile=faithful","penalty"],
+             "contacts":["intersection","tracked_proximity"],"ticks":40}]})";
         const ProgramResult made = run_program("study " + path("study.json") + " --output " + path("out"));
         ASSERT_EQ(made.status, 0) << made.err;
     }
@@ -124,14 +119,9 @@ TEST_F(ViewCommand, NoNameOfASceneLeadsItsPageOutOfTheFolder) {
     std::ofstream(path("a/b/evil.json")) << scene.dump();
     scene["name"] = "..|evil_name";  // another name, the same file
     std::ofstream(path("a/b/twin.json")) << scene.dump();
-    const nlohmann::json study{{"format", "trocar-study-2"},
-                               {"name", "small"},
-                               {"closed_loop",
-                                {{"scenes", {"evil.json", "twin.json"}},
-                                 {"detectors", {"ohc"}},
-                                 {"responses", {"unilateral"}},
-                                 {"ticks", 3}}}};
-    std::ofstream(path("a/b/study.json")) << study.dump();
+    std::ofstream(path("a/b/study.json")) << R"({"format":"trocar-study-3","name":"small","experiments":[
+        {"frames":"closed_loop","scenes":["evil.json","twin.json"],"detectors":["ohc"],"responses":["unilateral"],
+         "ticks":3}]})";
     const ProgramResult made = run_program("study " + path("a/b/study.json") + " --output " + path("a/b/out"));
     ASSERT_EQ(made.status, 0) << made.err;
     EXPECT_TRUE(std::filesystem::exists(path("a/b/out/view/___evil_name.html")));
