@@ -10,7 +10,6 @@
 #include <limits>
 #include <utility>
 
-#include "broad_phases.hpp"
 #include "measure/environment.hpp"
 #include "micro.hpp"
 #include "study/runner.hpp"
@@ -148,9 +147,6 @@ std::vector<Method> methods_of(const CellSpec& spec, std::int64_t triangles, dou
             method.within_query_distance = true;
         }
         list.push_back(std::move(method));
-    }
-    if (spec.group == Group::bodies) {
-        for (Method& method : broad_phases(missing)) list.push_back(std::move(method));
     }
     if (spec.group == Group::size || spec.group == Group::settings) add_copies(list);
     return list;

@@ -16,9 +16,9 @@
 #include <optional>
 
 #include "geometry/fnv_hash.hpp"
+#include "geometry/random.hpp"
 #include "measure/allocations.hpp"
 #include "measure/pair_truth.hpp"
-#include "vertex_order.hpp"
 
 namespace trocar::bench {
 namespace {
@@ -151,7 +151,7 @@ private:
     static std::vector<std::size_t> shuffled(std::size_t count, Random& random) {
         std::vector<std::size_t> order(count);
         std::iota(order.begin(), order.end(), std::size_t{0});
-        for (std::size_t i = count; i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+        random.shuffle(order);
         return order;
     }
     /// Step numbers leave room for the settling step before each block.

@@ -18,7 +18,7 @@ enum class Part : std::uint8_t { everywhere, settings_cell };
 
 struct Method {
     std::string label;    ///< method text; repeated measurements end in " (again)"
-    std::string method;   ///< NAME[:key=value…], empty for the bench's own broad phases
+    std::string method;   ///< NAME[:key=value…]
     std::string library;  ///< "FCL 0.7.0"
     std::string family;   ///< "ohc", "tree", "cells", "boxes", "none": columns of the thesis' Table 3.1
     std::string narrow;   ///< name of the narrow phase

@@ -223,8 +223,7 @@ void Writer::bodies() {
     add_heading("Many bodies");
     add_text(
         "Bodies of 320 triangles on a lattice, all deforming, all to be tested against all; each touches its "
-        "neighbours along one axis only. A broad phase that examines pairs of bodies grows with their square. The "
-        "rows “bodies: …” are broad phases over bodies alone, followed by the same search for triangles.");
+        "neighbours along one axis only. A broad phase that examines pairs of bodies grows with their square.");
     const auto bodies_of = [](const CellRecord& record) { return static_cast<double>(record.spec.bodies); };
     const auto per_body = [](const MethodResult& entry, const CellRecord& record) {
         return median_time(entry) / static_cast<double>(record.spec.bodies);

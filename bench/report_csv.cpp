@@ -167,7 +167,7 @@ void Writer::csv_files() {
         first = false;
     }
     std::string& dictionary = report_.files["figures.csv"];
-    dictionary = "name,unit,better,meaning\nmethod,text,neither,Name of the method or of the library's broad phase\n";
+    dictionary = "name,unit,better,meaning\nmethod,text,neither,Name of the method\n";
     for (const auto& [name, meaning] : parameters) {
         dictionary += fmt::format("{},text,neither,{}\n", csv_field(name), csv_field(meaning));
     }

@@ -63,7 +63,7 @@ void reorder_triangles(const std::vector<Index>& order, Surface& surface) {
 std::vector<Index> random_order(Eigen::Index count, Random& random) {
     std::vector<Index> order(static_cast<std::size_t>(count));
     std::iota(order.begin(), order.end(), 0);
-    for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[random.below(i)]);
+    random.shuffle(order);
     return order;
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "detect/lattice.hpp"
+#include "geometry/random.hpp"
 #include "geometry/types.hpp"
 
 namespace trocar {
@@ -28,7 +29,7 @@ inline std::uint32_t cell_hash(const std::array<std::int32_t, 3>& cell, CellHash
     }
     constexpr std::uint64_t low = (1U << 21) - 1;
     const std::uint64_t key = (x & low) | ((y & low) << 21) | ((z & low) << 42);
-    return static_cast<std::uint32_t>((key * 0x9E3779B97F4A7C15ULL) >> (64 - bits));
+    return static_cast<std::uint32_t>(fibonacci_slot(key, bits));
 }
 
 class CellMap {

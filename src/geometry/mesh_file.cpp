@@ -9,6 +9,7 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_text.hpp"
+#include "geometry/random.hpp"
 #include "geometry/whole_file.hpp"
 
 namespace trocar {
@@ -100,7 +101,7 @@ void weld(Matrix3X& vertices, Triangles& triangles) {
         std::uint64_t hash = 0;
         for (int axis = 0; axis < 3; ++axis) {
             // + 0.0 turns -0 into 0, which compares equal to it.
-            hash = (std::rotl(hash, 21) ^ std::bit_cast<std::uint64_t>(p[axis] + 0.0)) * 0x9e3779b97f4a7c15ULL;
+            hash = (std::rotl(hash, 21) ^ std::bit_cast<std::uint64_t>(p[axis] + 0.0)) * golden_ratio;
         }
         std::size_t slot = static_cast<std::size_t>(hash >> 20U) & (slots - 1);
         while (table[slot] >= 0 && vertices.col(table[slot]) != p) slot = (slot + 1) & (slots - 1);

@@ -4,27 +4,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "geometry/random.hpp"
+
 namespace trocar {
 namespace {
 
 constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
-
-/// splitmix64 (Steele, Lea and Flood 2014): standard distributions differ between libraries, this does not.
-class Random {
-public:
-    explicit Random(std::uint64_t seed) : state_(seed) {}
-    /// 0 … count-1; the bias of the remainder is below 2^-40 for any count of ours.
-    std::size_t below(std::size_t count) {
-        state_ += 0x9E3779B97F4A7C15ULL;
-        std::uint64_t z = state_;
-        z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-        z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-        return static_cast<std::size_t>((z ^ (z >> 31U)) % count);
-    }
-
-private:
-    std::uint64_t state_;
-};
 
 /// The middle 95 % of the resampled statistics (percentile bootstrap, Efron and Tibshirani 1993, ch. 13).
 Bounds middle(const std::vector<double>& statistics) {

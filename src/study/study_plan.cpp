@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "geometry/input_error.hpp"
+#include "geometry/random.hpp"
 #include "geometry/size_limits.hpp"
 #include "method/registry.hpp"
 #include "simulate/overrides.hpp"
@@ -13,20 +14,6 @@
 
 namespace trocar {
 namespace {
-
-/// splitmix64 (Steele, Lea, Flood 2014): the same shuffle with every standard library.
-std::uint64_t next_random(std::uint64_t& state) {
-    std::uint64_t z = (state += 0x9E3779B97F4A7C15ULL);
-    z = (z ^ (z >> 30U)) * 0xBF58476D1CE4E5B9ULL;
-    z = (z ^ (z >> 27U)) * 0x94D049BB133111EBULL;
-    return z ^ (z >> 31U);
-}
-
-void shuffle(std::vector<PlannedRun>& runs, std::uint64_t& state) {
-    for (std::size_t i = runs.size(); i > 1; --i) {
-        std::swap(runs[i - 1], runs[static_cast<std::size_t>(next_random(state) % i)]);
-    }
-}
 
 void add_run(PlannedRun run, std::vector<PlannedRun>& runs) {
     if (are_sizes_limited() && runs.size() >= static_cast<std::size_t>(most_runs)) {
@@ -249,13 +236,13 @@ std::vector<PlannedRun> make_plan(const Study& study) {
         throw InputError("study", "", limit_text(most_runs, "runs"), fmt::format("{} repetitions", repetitions));
     }
     std::vector<PlannedRun> plan;
-    std::uint64_t random = study.seed;
+    Random random(study.seed);
     for (std::int64_t repetition = 0; repetition < repetitions; ++repetition) {
         std::vector<PlannedRun> runs;
         for (const Experiment& experiment : study.experiments) {
             if (repetition < experiment.repetitions) add_experiment(study, experiment, repetition, runs);
         }
-        shuffle(runs, random);
+        random.shuffle(runs);
         for (PlannedRun& run : runs) add_run(std::move(run), plan);
     }
     return plan;
