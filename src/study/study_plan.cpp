@@ -162,8 +162,6 @@ std::map<std::string, std::string> facts_of(const HardCase& hard_case) {
         facts["case.expected"] = fmt::format("{} {}, {} touching", hard_case.pairs->size(),
                                              hard_case.pairs->size() == 1 ? "pair" : "pairs", hard_case.touch.size());
     }
-    if (!hard_case.bad_input.empty()) facts["case.expected"] = "refused, naming " + hard_case.bad_input;
-    if (!hard_case.tested.empty()) facts["case.tested"] = hard_case.tested;
     for (const auto& [figure, most] : hard_case.at_most) facts["case.at_most." + figure] = fmt::format("{}", most);
     return facts;
 }
@@ -173,35 +171,29 @@ void add_hard_cases(const Study& study, std::int64_t repetition, std::vector<Pla
     const HardCasesPart& part = *study.hard_cases;
     const auto add = [&](const std::string& file, const std::string& name, std::int64_t ticks,
                          const StudyMethod& detector, const StudyMethod& response,
-                         std::map<std::string, std::string> facts, const std::optional<Outcome>& settled) {
+                         std::map<std::string, std::string> facts) {
         PlannedRun run = planned(study, "hard_case", file, ticks, part.truth_stride, repetition, detector, response,
                                  response.text.empty() ? "" : own_contact_generator(response));
         run.spec.scene = name;
         run.facts = std::move(facts);
-        if (settled) run.settled = settled;
         add_run(std::move(run), runs);
     };
     for (const HardCase& one : part.cases) {
         const std::string file = (std::filesystem::path(part.folder) / one.name / "expected.json").generic_string();
         const auto facts = facts_of(one);
-        if (!one.tested.empty()) {
-            add(file, one.name, 1, {}, {}, facts, Outcome{});
-        } else if (!one.bad_input.empty()) {
-            add(file, one.name, 1, {}, {}, facts, std::nullopt);
-        } else if (one.pairs) {
-            for (const StudyMethod& detector : part.detectors)
-                add(file, one.name, 1, detector, {}, facts, std::nullopt);
+        if (one.pairs) {
+            for (const StudyMethod& detector : part.detectors) add(file, one.name, 1, detector, {}, facts);
         } else {
             const std::filesystem::path scene = std::filesystem::path(part.folder) / one.name / one.scene;
             for (const StudyMethod& response : part.responses) {
                 add(scene.lexically_normal().generic_string(), one.name, one.ticks, part.detectors.front(), response,
-                    facts, std::nullopt);
+                    facts);
             }
         }
     }
     for (const std::string& family : part.families) {
         const std::string name = std::filesystem::path(family).stem().string();
-        for (const StudyMethod& detector : part.detectors) add(family, name, 1, detector, {}, {}, std::nullopt);
+        for (const StudyMethod& detector : part.detectors) add(family, name, 1, detector, {}, {});
     }
 }
 
