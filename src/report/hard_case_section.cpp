@@ -57,9 +57,7 @@ std::string figure_text(const std::string& key, double value, const std::string&
 Cell cell_of(const Record& record) {
     const OutcomeKind kind = record.outcome.kind;
     if (kind == OutcomeKind::absent) return {.text = "absent"};
-    if (kind == OutcomeKind::unsupported && record.summary.empty() && !record.spec.detector.empty()) {
-        return {.text = "no data"};
-    }
+    if (kind == OutcomeKind::unsupported && record.summary.empty()) return {.text = "no data"};
     Cell cell{.text = {}, .asked = true};
     const std::string& expected = case_fact(record, "case.outcome");
     if (!expected.empty() && expected != name_of(OutcomeKind::ok)) {
@@ -180,7 +178,7 @@ std::string hard_case_sentence(const Draft& draft) {
     std::map<std::string, std::pair<int, int>> tally;  // right, asked
     for (const Record& record : draft.records) {
         const RunSpec& spec = record.spec;
-        if (spec.mode != "hard_case" || spec.repetition != 0 || spec.detector.empty()) continue;
+        if (spec.mode != "hard_case" || spec.repetition != 0) continue;
         const Cell cell = cell_of(record);
         if (!cell.asked) continue;
         auto& [right, asked] = tally[spec.response.empty() ? spec.detector : spec.response];
@@ -213,7 +211,7 @@ Table hard_case_tally(const Draft& draft, bool responses) {
     std::map<std::string, Tally> by_method;
     for (const Record& record : draft.records) {
         const RunSpec& spec = record.spec;
-        if (spec.mode != "hard_case" || spec.repetition != 0 || spec.detector.empty()) continue;
+        if (spec.mode != "hard_case" || spec.repetition != 0) continue;
         if (spec.response.empty() == responses) continue;
         const Cell cell = cell_of(record);
         if (!cell.asked) continue;
@@ -262,9 +260,6 @@ void add_hard_cases(Draft& draft) {
     Matrix meshes;
     Matrix families;
     Matrix scenes;
-    Table elsewhere;
-    elsewhere.caption = "Cases held by a test, or refused before any method sees them";
-    elsewhere.columns = {{"case of", false}, {"case", false}, {"where", false}, {"result", false}};
     Table reasons;
     reasons.caption = "Why the right answers are right";
     reasons.columns = {{"case", false}, {"reason", false}};
@@ -275,14 +270,7 @@ void add_hard_cases(Draft& draft) {
         if (spec.mode != "hard_case" || spec.repetition != 0) continue;
         const std::string& of = case_fact(record, "case.of");
         if (!of.empty()) reason_of[spec.scene] = case_fact(record, "case.reason");
-        if (!case_fact(record, "case.tested").empty()) {
-            elsewhere.rows.push_back(
-                {.cells = {of, code(spec.scene), code(case_fact(record, "case.tested")), "a test"}});
-        } else if (spec.detector.empty()) {
-            elsewhere.rows.push_back(
-                {.cells = {of, code(spec.scene), "the reader: " + case_fact(record, "case.expected"),
-                           record.outcome.ok() ? "ok" : outcome_text(record.outcome)}});
-        } else if (!spec.response.empty()) {
+        if (!spec.response.empty()) {
             scenes.rows[{of, spec.scene}][spec.response] = &record;
         } else {
             Matrix& matrix = of.empty() ? families : meshes;
@@ -303,9 +291,6 @@ void add_hard_cases(Draft& draft) {
     moving.note =
         "Contacts of the first detector of the study, intersection. Figures as in the list of words at the end.";
     draft.add(std::move(moving));
-    std::sort(elsewhere.rows.begin(), elsewhere.rows.end(),
-              [](const TableRow& a, const TableRow& b) { return a.cells < b.cells; });
-    draft.add(std::move(elsewhere));
     for (const auto& [name, reason] : reason_of) reasons.rows.push_back({.cells = {code(name), reason}});
     draft.add(std::move(reasons));
 }

@@ -6,6 +6,7 @@
 
 #include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/mesh_file.hpp"
 #include "geometry/pair_file.hpp"
 #include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
@@ -14,7 +15,6 @@
 #include "method/registry.hpp"
 #include "scene/json_node.hpp"
 #include "scene/mesh_pair.hpp"
-#include "scene/scene.hpp"
 
 namespace trocar {
 namespace {
@@ -48,33 +48,13 @@ bool is_finite(const Contact& contact) {
     return contact.point.allFinite() && contact.normal.allFinite() && std::isfinite(contact.depth);
 }
 
-Record refused_or_not(const HardCase& hard_case, const RunSpec& spec) {
-    Record record = started(spec);
-    try {
-        const std::filesystem::path folder = hard_case.file.parent_path();
-        if (std::filesystem::exists(folder / "scene.json")) {
-            static_cast<void>(read_scene(folder / "scene.json", std::nullopt));
-        } else {
-            static_cast<void>(read_mesh(folder / "a.obj"));
-        }
-        record.outcome = {OutcomeKind::unsupported, "the file was read without a complaint"};
-    } catch (const InputError& error) {
-        const std::string complaint = error.what();
-        if (complaint.find(hard_case.bad_input) == std::string::npos) {
-            record.outcome = {OutcomeKind::threw, "the complaint does not name the place: " + complaint};
-        }
-    }
-    return record;
-}
-
 }  // namespace
 
 HardCase read_hard_case(const std::filesystem::path& file) {
     const std::string file_name = file.string();
     const Json document = parse_json(read_whole(file, "a readable file"), file_name);
     const JsonNode root(document, file_name);
-    root.expect_keys({"of", "reason", "pairs", "touch", "not_finite", "bad_input", "scene", "at_most", "outcome",
-                      "tested", "ticks"});
+    root.expect_keys({"of", "reason", "pairs", "touch", "not_finite", "scene", "at_most", "outcome", "ticks"});
     HardCase result;
     result.file = file;
     result.name = file.parent_path().filename().string();
@@ -90,9 +70,7 @@ HardCase read_hard_case(const std::filesystem::path& file) {
         for (const JsonNode& item : root.at("touch").list()) result.touch.push_back(small_number(item));
     }
     if (const auto node = root.find("not_finite")) result.not_finite = small_number(*node);
-    if (const auto node = root.find("bad_input")) result.bad_input = node->text();
     if (const auto node = root.find("scene")) result.scene = node->text();
-    if (const auto node = root.find("tested")) result.tested = node->text();
     if (const auto node = root.find("at_most")) {
         for (const std::string& key : node->keys()) {
             const auto& figures = summary_figures();
@@ -104,9 +82,8 @@ HardCase read_hard_case(const std::filesystem::path& file) {
     }
     if (const auto node = root.find("ticks")) result.ticks = node->integer(1, 1'000'000);
     if (const auto node = root.find("outcome")) result.outcome = outcome_kind_from(node->text());
-    const int kinds = static_cast<int>(result.pairs.has_value()) + static_cast<int>(!result.bad_input.empty()) +
-                      static_cast<int>(!result.scene.empty()) + static_cast<int>(!result.tested.empty());
-    if (kinds != 1) root.fail("one of the keys pairs, bad_input, scene, tested", fmt::format("{} of them", kinds));
+    const bool is_scene = !result.scene.empty();
+    if (result.pairs.has_value() == is_scene) root.fail("one of the keys pairs, scene", is_scene ? "both" : "neither");
     return result;
 }
 
@@ -129,7 +106,7 @@ std::vector<HardCase> read_hard_cases(const std::filesystem::path& folder) {
 
 std::string hash_of(const HardCase& hard_case) {
     FnvHash hash;
-    for (const char* name : {"expected.json", "a.obj", "b.obj", "scene.json"}) {
+    for (const char* name : {"expected.json", "a.obj", "b.obj"}) {
         const std::filesystem::path file = hard_case.file.parent_path() / name;
         if (std::filesystem::exists(file)) hash.add_text(read_whole(file, "a readable file"));
     }
@@ -137,7 +114,6 @@ std::string hash_of(const HardCase& hard_case) {
 }
 
 Record run_hard_case(const HardCase& hard_case, const RunSpec& spec) {
-    if (spec.detector.empty()) return refused_or_not(hard_case, spec);
     Record record = started(spec);
     const std::filesystem::path folder = hard_case.file.parent_path();
     MeshPair question = make_mesh_pair(read_mesh(folder / "a.obj"), read_mesh(folder / "b.obj"));

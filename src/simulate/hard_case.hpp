@@ -1,6 +1,5 @@
 // Hard cases of scenes/hard: folders with `expected.json`, which holds the category, the right answer and its reason. A
-// case is two meshes with their pairs, a file to be refused, a scene with bounds on figures, or a test's name. Studies
-// run every method on them.
+// case is two meshes with their pairs, or a scene with bounds on figures. Studies run every method on them.
 #pragma once
 
 #include <array>
@@ -26,30 +25,25 @@ struct HardCase {
     std::vector<Index> touch;  ///< positions in `pairs` that only touch
     Index not_finite = -1;     ///< vertex of a that is NaN in the frame; `pairs` is then empty
 
-    std::string bad_input;  ///< place that the error about scene.json, else a.obj, beside the file must name
-
     std::filesystem::path scene;            ///< relative to the file
     std::int64_t ticks = 0;                 ///< overrides the scene's number; 0: the scene's
     std::map<std::string, double> at_most;  ///< upper bounds of figures of the run's summary
 
-    /// Required outcome of a method on meshes and scenes.
-    OutcomeKind outcome = OutcomeKind::ok;
-
-    std::string tested;  ///< "FILE: SUITE.TEST" that covers it
+    OutcomeKind outcome = OutcomeKind::ok;  ///< required of every method
 };
 
-/// Throws InputError with a JSON pointer for an unknown key, a wrong type, or unless the case has exactly one kind.
+/// Throws InputError with a JSON pointer for an unknown key, a wrong type, or unless the case is of one kind.
 HardCase read_hard_case(const std::filesystem::path& file);
 
 /// All cases of a folder, sorted by name. Throws InputError when there is none.
 std::vector<HardCase> read_hard_cases(const std::filesystem::path& folder);
 
-/// Hash over the bytes of the case's own files, 16 hex digits.
+/// Hash over the bytes of the files of a case of meshes, 16 hex digits.
 std::string hash_of(const HardCase& hard_case);
 
-/// Runs one detector on a case of meshes, or with an empty spec.detector reads a file that must be refused. The summary
-/// holds true_pairs, true_touches, missing, false_negatives_touch and extra against the case's own list. The outcome is
-/// the detector's, and not_finite for native contacts with non-finite numbers.
+/// Runs one detector on a case of meshes. The summary holds true_pairs, true_touches, missing, false_negatives_touch
+/// and extra against the case's own list. The outcome is the detector's, and not_finite for native contacts with
+/// non-finite numbers.
 Record run_hard_case(const HardCase& hard_case, const RunSpec& spec);
 
 /// Runs one detector on a file of triangle pairs with truth, each pair as a separate world. true_pairs, missing and

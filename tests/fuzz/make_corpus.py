@@ -94,11 +94,7 @@ def meshes_of(project, data):
     files += sorted(p for p in (data / 'meshes').rglob('*') if p.suffix.lower() in readers) if data else []
     found = {}
     for file in files:
-        try:
-            mesh = cut(readers[file.suffix.lower()](file))
-        except (ValueError, IndexError):  # a hard case may be no mesh at all
-            continue
-        found[f'{file.parent.name}-{file.stem}'] = mesh
+        found[f'{file.parent.name}-{file.stem}'] = cut(readers[file.suffix.lower()](file))
     return found
 
 

@@ -119,13 +119,7 @@ TEST(HardCaseSection, EveryTableStandsUnderItsNameWithTheCasesThatAreItsOwn) {
     family.summary["judged_ticks"] = 5.0;
     Record moving = hard_case("stab", "a");
     moving.spec.response = "r";
-    Record tested = hard_case("held", "");
-    tested.environment["case.tested"] = "Some.Test";
-    Record refused = hard_case("bad", "");
-    refused.environment["case.expected"] = "line 7";
-    Record let_through = hard_case("worse", "", OutcomeKind::threw);
-    let_through.outcome.message = "no line";
-    const std::string page = page_of({hard_case("one", "a"), family, moving, tested, let_through, refused});
+    const std::string page = page_of({hard_case("one", "a"), family, moving});
     for (const char* table :
          {"**Detectors on meshes**\n\n| case | right answer | `a` |\n|---|---|---|\n| made up: `one` | 2 pairs | ok |\n"
           "| all: right |  | 1 of 1 |\n",
@@ -133,12 +127,8 @@ TEST(HardCaseSection, EveryTableStandsUnderItsNameWithTheCasesThatAreItsOwn) {
           "|---|---|---|\n| `pairs.txt` | 2 of 5 meet | ok |\n| all: right |  | 1 of 1 |\n",
           "**Responses on scenes**\n\n| case | right answer | `r` |\n|---|---|---|\n"
           "| made up: `stab` | 2 pairs | ok |\n| all: right |  | 1 of 1 |\n",
-          "**Cases held by a test, or refused before any method sees them**\n\n| case of | case | where | result |\n"
-          "|---|---|---|---|\n| made up | `bad` | the reader: line 7 | ok |\n"
-          "| made up | `held` | `Some.Test` | a test |\n"
-          "| made up | `worse` | the reader: 2 pairs | threw (no line) |\n",
-          "**Why the right answers are right**\n\n| case | reason |\n|---|---|\n| `bad` | because |\n"
-          "| `held` | because |\n| `one` | because |\n| `stab` | because |\n| `worse` | because |\n"}) {
+          "**Why the right answers are right**\n\n| case | reason |\n|---|---|\n| `one` | because |\n"
+          "| `stab` | because |\n"}) {
         EXPECT_NE(page.find(table), std::string::npos) << table << page;
     }
 }

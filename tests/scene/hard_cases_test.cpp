@@ -1,5 +1,5 @@
 // The hard cases of scenes/hard, whose answers were found by reasoning (each says how), against the exact oracle and
-// every detector that claims exactness; and that every entry of the list of hard cases is a case or names its test.
+// every detector that claims exactness; and that every entry of the list of hard cases has a case.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -16,13 +16,11 @@
 namespace trocar::test {
 namespace {
 
-const std::filesystem::path root = TROCAR_SOURCE_DIR;
-const std::filesystem::path folder = root / "scenes" / "hard";
+const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "hard";
 
-/// Cases that are two meshes, or a file that must be refused.
 std::vector<trocar::HardCase> mesh_cases() {
     std::vector<trocar::HardCase> cases = read_hard_cases(folder);
-    std::erase_if(cases, [](const trocar::HardCase& one) { return !one.scene.empty() || !one.tested.empty(); });
+    std::erase_if(cases, [](const trocar::HardCase& one) { return !one.pairs; });
     return cases;
 }
 
@@ -31,19 +29,6 @@ class HardCase : public testing::TestWithParam<trocar::HardCase> {};
 TEST_P(HardCase, OracleAndExactDetectorsGiveTheReasonedAnswer) {
     const trocar::HardCase& one = GetParam();
     const std::filesystem::path place = one.file.parent_path();
-    if (!one.bad_input.empty()) {
-        try {
-            if (std::filesystem::exists(place / "scene.json")) {
-                static_cast<void>(read_scene(place / "scene.json", std::nullopt));
-            } else {
-                static_cast<void>(read_mesh(place / "a.obj"));
-            }
-            FAIL() << "no complaint";
-        } catch (const InputError& error) {
-            EXPECT_NE(std::string(error.what()).find(one.bad_input), std::string::npos) << error.what();
-        }
-        return;
-    }
     MeshPair question = make_mesh_pair(read_mesh(place / "a.obj"), read_mesh(place / "b.obj"));
     if (one.not_finite >= 0) question.frame.position(1, one.not_finite) = std::numeric_limits<double>::quiet_NaN();
     std::vector<TrianglePair> pairs;
@@ -69,7 +54,7 @@ TEST_P(HardCase, OracleAndExactDetectorsGiveTheReasonedAnswer) {
 INSTANTIATE_TEST_SUITE_P(Folder, HardCase, testing::ValuesIn(mesh_cases()),
                          [](const auto& tested) { return tested.param.name; });
 
-TEST(HardCases, EveryEntryOfTheListIsACaseOrNamesItsTest) {
+TEST(HardCases, EveryEntryOfTheListHasACase) {
     const std::set<std::string> list{"touching ± 1 ulp",
                                      "coplanar",
                                      "shared edge or vertex",
@@ -87,43 +72,32 @@ TEST(HardCases, EveryEntryOfTheListIsACaseOrNamesItsTest) {
                                      "grasp and pull to large strain",
                                      "stiffness ratio 1e5",
                                      "step beyond the stability limit",
-                                     "zero mass",
                                      "inverted normals",
                                      "open and closed meshes",
                                      "non-manifold",
                                      "empty mesh",
                                      "NaN or Inf vertex",
-                                     "hash-collision storm",
                                      "cell-boundary and negative coordinates",
                                      "huge triangle in tiny cells",
                                      "scale 1e-6 … 1e3",
                                      "origin at 1e4",
                                      "two instruments locked",
-                                     "10× step change",
-                                     "1e6 steps energy drift",
-                                     "1e6 triangles",
-                                     "index out of range"};
+                                     "10× step change"};
     std::set<std::string> found;
     for (const trocar::HardCase& one : read_hard_cases(folder)) found.insert(one.of);
     EXPECT_EQ(found, list);
 }
 
-TEST(HardCases, ScenesAndTestsThatAreNamedExist) {
+TEST(HardCases, ScenesThatAreNamedExistAndAskForSomething) {
     for (const trocar::HardCase& one : read_hard_cases(folder)) {
-        if (!one.scene.empty()) {
-            const Scene scene = read_scene(one.file.parent_path() / one.scene, std::nullopt);
-            EXPECT_GT(scene.ticks, 0) << one.name;
-            EXPECT_TRUE(!one.at_most.empty() || one.outcome != OutcomeKind::ok) << one.name << " asks for nothing";
-        }
-        if (one.tested.empty()) continue;
-        const std::size_t colon = one.tested.find(": ");
-        ASSERT_NE(colon, std::string::npos) << one.name;
-        const std::string text = read_file(root / one.tested.substr(0, colon));
-        EXPECT_NE(text.find(one.tested.substr(colon + 2)), std::string::npos) << one.tested;
+        if (one.scene.empty()) continue;
+        const Scene scene = read_scene(one.file.parent_path() / one.scene, std::nullopt);
+        EXPECT_GT(scene.ticks, 0) << one.name;
+        EXPECT_TRUE(!one.at_most.empty() || one.outcome != OutcomeKind::ok) << one.name << " asks for nothing";
     }
 }
 
-TEST(HardCases, ACaseOfNoKindOrOfTwoIsBadInput) {
+TEST(HardCases, ACaseOfNoKindOrOfBothIsBadInput) {
     const TemporaryFolder temporary;
     const std::filesystem::path file = temporary.path() / "expected.json";
     const auto complaint = [&file](const std::string& text) -> std::string {
@@ -135,8 +109,8 @@ TEST(HardCases, ACaseOfNoKindOrOfTwoIsBadInput) {
         }
         return "none";
     };
-    EXPECT_NE(complaint(R"({"of":"x","reason":"y"})").find("got 0 of them"), std::string::npos);
-    EXPECT_NE(complaint(R"({"of":"x","reason":"y","tested":"a: b","scene":"c.json"})").find("got 2 of them"),
+    EXPECT_NE(complaint(R"({"of":"x","reason":"y"})").find("got neither"), std::string::npos);
+    EXPECT_NE(complaint(R"({"of":"x","reason":"y","pairs":[],"touch":[],"scene":"c.json"})").find("got both"),
               std::string::npos);
     EXPECT_NE(complaint(R"({"of":"x","reason":"y","scene":"c.json","at_most":{"speed":1}})").find("/at_most/speed"),
               std::string::npos);

@@ -39,17 +39,6 @@ TEST(HardCaseRun, AFrameThatIsNoNumberIsReported) {
     EXPECT_EQ(run_hard_case(case_named("nan_in_a_frame"), asked("brute_force")).outcome.kind, OutcomeKind::not_finite);
 }
 
-TEST(HardCaseRun, AFileThatMustBeRefusedIsNoMatterOfDetectors) {
-    EXPECT_TRUE(run_hard_case(case_named("nan_vertex"), asked("")).outcome.ok());
-    EXPECT_TRUE(run_hard_case(case_named("zero_mass"), asked("")).outcome.ok());
-    HardCase elsewhere = case_named("nan_vertex");
-    elsewhere.bad_input = "line 77";
-    EXPECT_EQ(run_hard_case(elsewhere, asked("")).outcome.kind, OutcomeKind::threw);
-    HardCase fine = case_named("sliver");
-    fine.bad_input = "line 1";
-    EXPECT_EQ(run_hard_case(fine, asked("")).outcome.kind, OutcomeKind::unsupported);
-}
-
 TEST(HardCaseRun, AFamilyCountsItsLines) {
     const test::TemporaryFolder temporary;
     const std::filesystem::path file = temporary.path() / "pairs.txt";
