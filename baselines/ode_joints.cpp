@@ -140,8 +140,8 @@ class OdeJoints final : public Response, public SubstepSolver {
 public:
     explicit OdeJoints(const Settings& settings) : settings_(settings) {}
 
-    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
-        return settings_.penalty ? laws_.values_in_force() : std::map<std::string, double>{};
+    [[nodiscard]] std::optional<ForceLawValues> values_in_force() const override {
+        return settings_.penalty ? laws_.values_in_force() : std::nullopt;
     }
     void prepare(const Topology& topology, const Materials& materials) override {
         use_ode();

@@ -18,9 +18,7 @@ double largest(const std::vector<double>& values) { return quantile(values, 1.0)
 
 double p99(const std::vector<double>& values) { return tail_quantile(values, 0.99).value_or(not_known); }
 
-using Figures = std::map<std::string, double>;
-
-void add_times(const std::vector<StepRow>& rows, bool replay, Figures& figures) {
+void add_times(const std::vector<StepRow>& rows, bool replay, Summary& figures) {
     std::vector<double> total;
     std::array<std::vector<double>, stage_count> stages;
     std::vector<double> allocations;
@@ -31,7 +29,7 @@ void add_times(const std::vector<StepRow>& rows, bool replay, Figures& figures) 
         const StepRow& row = rows[i];
         if (row.outcome != OutcomeKind::ok) continue;
         const auto time = static_cast<double>(tick_ns(row, replay));
-        if (row.pairs > 0 && !figures.contains("total_cold_ns")) figures["total_cold_ns"] = time;
+        if (row.pairs > 0 && !figures.contains(Metric::total_cold_ns)) figures[Metric::total_cold_ns] = time;
         if (static_cast<std::int64_t>(i) < warm_up_ticks) continue;
         total.push_back(time);
         burst = time > haptic_deadline_ns ? burst + 1.0 : 0.0;
@@ -43,25 +41,25 @@ void add_times(const std::vector<StepRow>& rows, bool replay, Figures& figures) 
             if (ns >= 0) stages.at(stage).push_back(static_cast<double>(ns));
         }
     }
-    figures.emplace("total_cold_ns", not_known);
-    figures["timed_ticks"] = static_cast<double>(total.size());
-    figures["total_median_ns"] = median(total);
-    figures["total_p90_ns"] = quantile(total, 0.9);
-    figures["total_p99_ns"] = p99(total);
-    figures["total_p999_ns"] = tail_quantile(total, 0.999).value_or(not_known);
-    figures["total_max_ns"] = largest(total);
-    figures["deadline_misses"] = misses;
-    figures["longest_burst"] = longest_burst;
+    figures.emplace(Metric::total_cold_ns, not_known);
+    figures[Metric::timed_ticks] = static_cast<double>(total.size());
+    figures[Metric::total_median_ns] = median(total);
+    figures[Metric::total_p90_ns] = quantile(total, 0.9);
+    figures[Metric::total_p99_ns] = p99(total);
+    figures[Metric::total_p999_ns] = tail_quantile(total, 0.999).value_or(not_known);
+    figures[Metric::total_max_ns] = largest(total);
+    figures[Metric::deadline_misses] = misses;
+    figures[Metric::longest_burst] = longest_burst;
     for (std::size_t stage = 0; stage < stage_count; ++stage) {
         const std::string name = stage_names.at(stage);
-        figures[name + "_median_ns"] = median(stages.at(stage));
-        figures[name + "_p99_ns"] = p99(stages.at(stage));
+        figures[metric_of(name + "_median_ns")] = median(stages.at(stage));
+        figures[metric_of(name + "_p99_ns")] = p99(stages.at(stage));
     }
-    figures["allocations_median"] = median(allocations);
-    figures["allocations_max"] = largest(allocations);
+    figures[Metric::allocations_median] = median(allocations);
+    figures[Metric::allocations_max] = largest(allocations);
 }
 
-void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
+void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
     std::vector<double> work;
     std::vector<double> pairs;
     double pair_sum = 0;
@@ -97,34 +95,34 @@ void add_pairs(const std::vector<StepRow>& rows, Figures& figures) {
         false_negatives_touch += static_cast<double>(row.false_negatives_touch);
         false_positives += static_cast<double>(row.false_positives);
     }
-    figures["work_median"] = median(work);
-    figures["work_max"] = largest(work);
-    figures["pairs_mean"] = ratio(pair_sum, static_cast<double>(rows.size()));
-    figures["native_contacts_mean"] = ratio(native_sum, static_cast<double>(rows.size()));
-    figures["pairs_median"] = median(pairs);
-    figures["pairs_max"] = pairs.empty() ? 0.0 : largest(pairs);
-    figures["judged_ticks"] = judged;
+    figures[Metric::work_median] = median(work);
+    figures[Metric::work_max] = largest(work);
+    figures[Metric::pairs_mean] = ratio(pair_sum, static_cast<double>(rows.size()));
+    figures[Metric::native_contacts_mean] = ratio(native_sum, static_cast<double>(rows.size()));
+    figures[Metric::pairs_median] = median(pairs);
+    figures[Metric::pairs_max] = pairs.empty() ? 0.0 : largest(pairs);
+    figures[Metric::judged_ticks] = judged;
     const bool known = judged > 0;
     const double precision = ratio(reported - false_positives, reported);
     const double recall = ratio(truth - false_negatives, truth);
-    figures["true_pairs"] = known ? truth : not_known;
-    figures["true_touches"] = known ? touch : not_known;
-    figures["false_negatives"] = known ? false_negatives : not_known;
-    figures["false_negatives_touch"] = known ? false_negatives_touch : not_known;
-    figures["false_positives"] = known ? false_positives : not_known;
-    figures["query_distance_median_m"] = median(reaches);
-    figures["query_distance_max_m"] = reaches.empty() ? not_known : largest(reaches);
-    figures["true_proximity_pairs"] = near;
-    figures["proximity_false_negatives"] = proximity_false_negatives;
-    figures["precision"] = precision;
-    figures["recall"] = recall;
-    figures["recall_without_touches"] =
+    figures[Metric::true_pairs] = known ? truth : not_known;
+    figures[Metric::true_touches] = known ? touch : not_known;
+    figures[Metric::false_negatives] = known ? false_negatives : not_known;
+    figures[Metric::false_negatives_touch] = known ? false_negatives_touch : not_known;
+    figures[Metric::false_positives] = known ? false_positives : not_known;
+    figures[Metric::query_distance_median_m] = median(reaches);
+    figures[Metric::query_distance_max_m] = reaches.empty() ? not_known : largest(reaches);
+    figures[Metric::true_proximity_pairs] = near;
+    figures[Metric::proximity_false_negatives] = proximity_false_negatives;
+    figures[Metric::precision] = precision;
+    figures[Metric::recall] = recall;
+    figures[Metric::recall_without_touches] =
         ratio((truth - touch) - (false_negatives - false_negatives_touch), truth - touch);
-    figures["f1"] =
+    figures[Metric::f1] =
         ratio(2.0 * (truth - false_negatives), 2.0 * (truth - false_negatives) + false_negatives + false_positives);
 }
 
-void add_swept(const std::vector<StepRow>& rows, Figures& figures) {
+void add_swept(const std::vector<StepRow>& rows, Summary& figures) {
     double truth = 0;
     double false_negatives = 0;
     double false_positives = 0;
@@ -139,13 +137,13 @@ void add_swept(const std::vector<StepRow>& rows, Figures& figures) {
         error = std::fmax(error, row.swept_time_error);
     }
     if (!known) return;
-    figures["true_swept"] = truth;
-    figures["swept_false_negatives"] = false_negatives;
-    figures["swept_false_positives"] = false_positives;
-    figures["swept_time_error_max"] = error;
+    figures[Metric::true_swept] = truth;
+    figures[Metric::swept_false_negatives] = false_negatives;
+    figures[Metric::swept_false_positives] = false_positives;
+    figures[Metric::swept_time_error_max] = error;
 }
 
-void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
+void add_geometry(const std::vector<StepRow>& rows, Summary& figures) {
     std::vector<double> errors;
     std::vector<double> native_errors;
     std::vector<double> residual;
@@ -177,34 +175,36 @@ void add_geometry(const std::vector<StepRow>& rows, Figures& figures) {
         residual_max = std::fmax(residual_max, row.residual_penetration);
         if (row.pairs > 0 || row.residual_penetration > 0.0) residual.push_back(row.residual_penetration);
     }
-    figures["depth_error_median_m"] = median(errors);
-    figures["depth_error_max_m"] = largest(errors);
-    figures["native_depth_error_median_m"] = median(native_errors);
-    figures["native_depth_error_max_m"] = largest(native_errors);
+    figures[Metric::depth_error_median_m] = median(errors);
+    figures[Metric::depth_error_max_m] = largest(errors);
+    figures[Metric::native_depth_error_median_m] = median(native_errors);
+    figures[Metric::native_depth_error_max_m] = largest(native_errors);
     // A run without any contact has left nothing, which is an answer; a run without truth has none.
-    figures["residual_penetration_median_m"] = residual.empty() && !std::isnan(residual_max) ? 0.0 : median(residual);
-    figures["residual_penetration_max_m"] = residual_max;
-    figures["residual_penetration_final_m"] = residual_last;
-    figures["residual_penetration_mean_m"] = area_mean.empty() && !std::isnan(residual_max) ? 0.0 : median(area_mean);
-    figures["overlap_volume_max_m3"] = largest(volume);
-    figures["min_translation_max_m"] = largest(translation);
+    figures[Metric::residual_penetration_median_m] =
+        residual.empty() && !std::isnan(residual_max) ? 0.0 : median(residual);
+    figures[Metric::residual_penetration_max_m] = residual_max;
+    figures[Metric::residual_penetration_final_m] = residual_last;
+    figures[Metric::residual_penetration_mean_m] =
+        area_mean.empty() && !std::isnan(residual_max) ? 0.0 : median(area_mean);
+    figures[Metric::overlap_volume_max_m3] = largest(volume);
+    figures[Metric::min_translation_max_m] = largest(translation);
     // Nothing came free of anything: there was nothing to throw too far.
-    figures["overshoot_max_m"] = largest(overshoot);
-    figures["wrong_side_vertices_max"] = largest(wrong_vertices);
-    figures["wrong_side_vertices_last"] = wrong_vertices.empty() ? not_known : wrong_vertices.back();
-    figures["strain_over_max"] = largest(strain_over);
-    figures["wrong_side_max"] = largest(wrong_side);
-    figures["wrong_side_last"] = wrong_side.empty() ? not_known : wrong_side.back();
-    figures["side_undecided_max"] = largest(undecided);
-    figures["side_undecided_ticks"] =
+    figures[Metric::overshoot_max_m] = largest(overshoot);
+    figures[Metric::wrong_side_vertices_max] = largest(wrong_vertices);
+    figures[Metric::wrong_side_vertices_last] = wrong_vertices.empty() ? not_known : wrong_vertices.back();
+    figures[Metric::strain_over_max] = largest(strain_over);
+    figures[Metric::wrong_side_max] = largest(wrong_side);
+    figures[Metric::wrong_side_last] = wrong_side.empty() ? not_known : wrong_side.back();
+    figures[Metric::side_undecided_max] = largest(undecided);
+    figures[Metric::side_undecided_ticks] =
         undecided.empty() ? not_known
                           : static_cast<double>(std::count_if(undecided.begin(), undecided.end(),
                                                               [](double samples) { return samples > 0.0; }));
-    figures["max_strain"] = largest(strain);
+    figures[Metric::max_strain] = largest(strain);
 }
 
 /// Spells of depth: how long each lasted, and whether it came back.
-void add_clearing(const std::vector<StepRow>& rows, double motion_end, Figures& figures) {
+void add_clearing(const std::vector<StepRow>& rows, double motion_end, Summary& figures) {
     std::vector<double> ticks;
     double spells = 0.0;
     double settled = not_known;
@@ -223,11 +223,11 @@ void add_clearing(const std::vector<StepRow>& rows, double motion_end, Figures& 
             since = -1;
         }
     }
-    figures["ticks_to_clear_median"] = median(ticks);
-    figures["ticks_to_clear_max"] = largest(ticks);
-    figures["uncleared"] = known ? (since >= 0 ? 1.0 : 0.0) : not_known;
-    figures["re_penetrations"] = known ? std::max(0.0, spells - 1.0) : not_known;
-    figures["residual_penetration_settled_m"] = settled;
+    figures[Metric::ticks_to_clear_median] = median(ticks);
+    figures[Metric::ticks_to_clear_max] = largest(ticks);
+    figures[Metric::uncleared] = known ? (since >= 0 ? 1.0 : 0.0) : not_known;
+    figures[Metric::re_penetrations] = known ? std::max(0.0, spells - 1.0) : not_known;
+    figures[Metric::residual_penetration_settled_m] = settled;
 }
 
 /// Largest size of a vector over the rows, and its largest change from one to the next.
@@ -247,14 +247,14 @@ struct Extremes {
     }
 };
 
-void add_tip(const std::vector<StepRow>& rows, Figures& figures) {
+void add_tip(const std::vector<StepRow>& rows, Summary& figures) {
     const Extremes tip(rows, [](const StepRow& row) { return row.tip_force; });
     const Extremes device(rows, [](const StepRow& row) { return row.device_force; });
-    figures["tip_force_max_n"] = tip.size;
-    figures["tip_force_jump_max_n"] = tip.jump;
-    figures["device_force_max_n"] = device.size;
-    figures["device_force_jump_max_n"] = device.jump;
-    figures["tool_moment_max_nm"] = Extremes(rows, [](const StepRow& row) { return row.tool_moment; }).size;
+    figures[Metric::tip_force_max_n] = tip.size;
+    figures[Metric::tip_force_jump_max_n] = tip.jump;
+    figures[Metric::device_force_max_n] = device.size;
+    figures[Metric::device_force_jump_max_n] = device.jump;
+    figures[Metric::tool_moment_max_nm] = Extremes(rows, [](const StepRow& row) { return row.tool_moment; }).size;
     double torque = not_known;
     double saturated = 0.0;
     double grasped = 0.0;
@@ -265,13 +265,13 @@ void add_tip(const std::vector<StepRow>& rows, Figures& figures) {
         grasped = std::max(grasped, static_cast<double>(row.grasped));
         detached += static_cast<double>(row.detached);
     }
-    figures["roll_torque_max_nm"] = torque;
-    figures["saturated_ticks"] = saturated;
-    figures["grasped_max"] = grasped;
-    figures["detached"] = detached;
+    figures[Metric::roll_torque_max_nm] = torque;
+    figures[Metric::saturated_ticks] = saturated;
+    figures[Metric::grasped_max] = grasped;
+    figures[Metric::detached] = detached;
 }
 
-void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
+void add_forces(const std::vector<StepRow>& rows, Summary& figures) {
     double squares = 0.0;
     double count = 0.0;
     double force_max = not_known;
@@ -310,24 +310,24 @@ void add_forces(const std::vector<StepRow>& rows, Figures& figures) {
             flips += row.tool_force.dot(rows[i - 1].tool_force) < 0.0 ? 1.0 : 0.0;
         }
     }
-    figures["force_rms_n"] = std::sqrt(ratio(squares, count));
-    figures["force_max_n"] = force_max;
-    figures["force_jump_p99_n"] = p99(jumps);
-    figures["force_jump_max_n"] = std::fmax(largest(jumps), first_jump);
-    figures["force_flips"] = jumps.empty() ? not_known : flips;
+    figures[Metric::force_rms_n] = std::sqrt(ratio(squares, count));
+    figures[Metric::force_max_n] = force_max;
+    figures[Metric::force_jump_p99_n] = p99(jumps);
+    figures[Metric::force_jump_max_n] = std::fmax(largest(jumps), first_jump);
+    figures[Metric::force_flips] = jumps.empty() ? not_known : flips;
     const double dt = rows.size() > 1 ? rows[1].time - rows[0].time : 0.0;
     const FastPart fast = dt > 0.0 ? part_above(forces, dt, force_cutoff_hz) : FastPart{};
-    figures["force_above_30hz_rms_n"] = fast.rms;
-    figures["force_above_30hz_share"] = fast.share;
-    figures["ruptures"] = ruptures;
-    figures["contacts_offered"] = offered;
-    figures["contacts_used"] = used;
+    figures[Metric::force_above_30hz_rms_n] = fast.rms;
+    figures[Metric::force_above_30hz_share] = fast.share;
+    figures[Metric::ruptures] = ruptures;
+    figures[Metric::contacts_offered] = offered;
+    figures[Metric::contacts_used] = used;
     for (std::size_t reason = 0; reason < skip_reason_count; ++reason) {
-        figures[std::string("skipped_") + skip_reason_names.at(reason)] = skipped.at(reason);
+        figures[metric_of(std::string("skipped_") + skip_reason_names.at(reason))] = skipped.at(reason);
     }
-    figures["no_hit"] = no_hit;
-    figures["passed_through"] = passed_through;
-    figures["limited_edges"] = limited;
+    figures[Metric::no_hit] = no_hit;
+    figures[Metric::passed_through] = passed_through;
+    figures[Metric::limited_edges] = limited;
 }
 
 }  // namespace
@@ -378,17 +378,17 @@ FastPart part_above(const std::vector<Vector3>& samples, double dt, double cutof
     return part;
 }
 
-std::map<std::string, double> summarize(const std::vector<StepRow>& rows, const SummaryContext& context) {
-    Figures figures;
-    figures["ticks"] = static_cast<double>(rows.size());
+Summary summarize(const std::vector<StepRow>& rows, const SummaryContext& context) {
+    Summary figures;
+    figures[Metric::ticks] = static_cast<double>(rows.size());
     double failed = 0;
     double truncated = 0;
     for (const StepRow& row : rows) {
         failed += row.outcome == OutcomeKind::ok ? 0.0 : 1.0;
         truncated += row.truncated ? 1.0 : 0.0;
     }
-    figures["failed_ticks"] = failed;
-    figures["truncated_ticks"] = truncated;
+    figures[Metric::failed_ticks] = failed;
+    figures[Metric::truncated_ticks] = truncated;
     add_times(rows, context.mode == "replay", figures);
     add_pairs(rows, figures);
     add_swept(rows, figures);
@@ -399,18 +399,18 @@ std::map<std::string, double> summarize(const std::vector<StepRow>& rows, const 
     return figures;
 }
 
-std::map<std::string, double> summarize(const std::vector<ContactEvent>& events) {
-    Figures figures;
+Summary summarize(const std::vector<ContactEvent>& events) {
+    Summary figures;
     std::vector<double> latency;
     double proximity_false_negatives = 0;
     for (const ContactEvent& event : events) {
         proximity_false_negatives += event.missed() ? 1.0 : 0.0;
         if (!event.missed()) latency.push_back(event.seen - event.begin);
     }
-    figures["contact_events"] = static_cast<double>(events.size());
-    figures["contact_events_missed"] = proximity_false_negatives;
-    figures["onset_latency_median_s"] = median(latency);
-    figures["onset_latency_max_s"] = largest(latency);
+    figures[Metric::contact_events] = static_cast<double>(events.size());
+    figures[Metric::contact_events_missed] = proximity_false_negatives;
+    figures[Metric::onset_latency_median_s] = median(latency);
+    figures[Metric::onset_latency_max_s] = largest(latency);
     return figures;
 }
 

@@ -1,39 +1,16 @@
-// Figures of a run's summary: name, unit, meaning, direction of improvement, and computation from the rows. One list
-// serves every output, so that a figure has one explanation.
+// Computes the metrics of a run (measure/metrics.def) from its rows.
 #pragma once
 
 #include <cstdint>
 #include <limits>
-#include <map>
-#include <string>
 #include <string_view>
 #include <vector>
 
 #include "measure/contact_event.hpp"
+#include "measure/metric.hpp"
 #include "measure/step_row.hpp"
 
 namespace trocar {
-
-enum class Better : std::uint8_t { lower, higher, neither };
-std::string_view name_of(Better better);
-
-struct SummaryFigure {
-    std::string name;  ///< key of Record::summary
-    std::string unit;  ///< SI or "ns", "1" for a pure number
-    Better better = Better::neither;
-    std::string meaning;
-    std::string source;  ///< origin: "clock", "pair truth", "geometry after the tick" …
-};
-
-/// Every key that Record::summary may hold, in printing order. Report, results.csv, `run --json` and `trocar schema
-/// figures` print from this list alone.
-const std::vector<SummaryFigure>& summary_figures();
-
-/// Throws std::logic_error for an unknown name.
-const SummaryFigure& summary_figure(std::string_view name);
-
-/// Column header with the unit: "residual_penetration_max_m [m]"; a pure number has none.
-std::string header_of(const SummaryFigure& figure);
 
 inline constexpr double clear_depth = 1.0e-4;        ///< m; a depth up to this counts as cleared
 inline constexpr double settle_time = 0.2;           ///< s after the last key of the motion
@@ -47,11 +24,11 @@ struct SummaryContext {
     double motion_end = std::numeric_limits<double>::quiet_NaN();  ///< s, last key of any body's motion
 };
 
-/// Figures of a run from its rows alone; a figure that does not apply is NaN ("n/a"). The first warm_up_ticks rows are
+/// Metrics of a run from its rows alone; a metric that does not apply is NaN ("n/a"). The first warm_up_ticks rows are
 /// left out of time figures and allocation counts only.
-std::map<std::string, double> summarize(const std::vector<StepRow>& rows, const SummaryContext& context = {});
-/// Figures about contacts between frames, from the events; NaN without any event.
-std::map<std::string, double> summarize(const std::vector<ContactEvent>& events);
+Summary summarize(const std::vector<StepRow>& rows, const SummaryContext& context = {});
+/// Metrics of contacts between frames, from the events; NaN without any event.
+Summary summarize(const std::vector<ContactEvent>& events);
 
 /// Time of one tick as the summary counts it, ns: update + detect in a replay, else every stage that is present.
 std::int64_t tick_ns(const StepRow& row, bool replay);

@@ -373,7 +373,7 @@ std::string to_json_line(const Record& record) {
         if (!value.empty()) spec[name] = value;
     });
     Json summary = Json::object();
-    for (const auto& [name, value] : record.summary) summary[name] = to_json(value);
+    for (const auto& [metric, value] : record.summary) summary[std::string(info_of(metric).name)] = to_json(value);
     Json json{{"spec", spec},
               {"outcome", name_of(record.outcome.kind)},
               {"message", record.outcome.message},
@@ -452,7 +452,9 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
         }
     }
     for (const auto& [key, value] : reader.member(json, "", "summary").items()) {
-        reader.read(value, "/summary/" + key, record.summary[key]);
+        const std::optional<Metric> metric = metric_named(key);
+        if (!metric) reader.fail("/summary/" + key, "a metric of trocar schema figures", "'" + key + "'");
+        reader.read(value, "/summary/" + key, record.summary[*metric]);
     }
     record.rows = rows_from_json(reader, reader.member(json, "", "rows"));
     return record;

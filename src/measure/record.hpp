@@ -9,6 +9,7 @@
 
 #include "contact/outcome.hpp"
 #include "measure/contact_event.hpp"
+#include "measure/metric.hpp"
 #include "measure/step_row.hpp"
 
 namespace trocar {
@@ -51,10 +52,10 @@ struct Record {
     std::map<std::string, std::string>
         environment;  ///< commit, dirty, compiler, flags, cpu, kernel, library versions …
     Outcome outcome;
-    std::string frames_hash;                ///< replay: hash over all frames of the detector
-    std::string state_hash;                 ///< closed loop: hash of the last frame
-    std::map<std::string, double> summary;  ///< figures by the names of metrics.hpp; NaN = n/a
-    std::vector<ContactEvent> events;       ///< in order of beginning; empty unless spec.between_ticks
+    std::string frames_hash;  ///< replay: hash over all frames of the detector
+    std::string state_hash;   ///< closed loop: hash of the last frame
+    Summary summary;
+    std::vector<ContactEvent> events;  ///< in order of beginning; empty unless spec.between_ticks
     std::vector<StepRow> rows;
 };
 

@@ -32,7 +32,7 @@ public:
     SelectingResponse(std::unique_ptr<Response> response, const ContactSelection::Settings& settings)
         : response_(std::move(response)), selection_(settings) {}
 
-    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
+    [[nodiscard]] std::optional<ForceLawValues> values_in_force() const override {
         return response_->values_in_force();
     }
     void prepare(const Topology& topology, const Materials& materials) override {

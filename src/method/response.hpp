@@ -1,15 +1,24 @@
 // Interface of a contact response: from contacts to a ResponseOutput. It never writes the frame.
 #pragma once
 
-#include <map>
+#include <limits>
+#include <optional>
 #include <span>
-#include <string>
 
 #include "contact/contact_set.hpp"
 #include "contact/response_output.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
+
+/// The force law in force, of the stiffest pair with tissue; NaN: not known.
+struct ForceLawValues {
+    double k = std::numeric_limits<double>::quiet_NaN();                ///< N/m
+    double mu = std::numeric_limits<double>::quiet_NaN();               ///< N s/m
+    double relaxation_time = std::numeric_limits<double>::quiet_NaN();  ///< s, mu / k
+    /// mu / (2 √(k m)), m the mean mass of a tissue vertex; 1: critical.
+    double damping_ratio = std::numeric_limits<double>::quiet_NaN();
+};
 
 class Response {
 public:
@@ -20,8 +29,8 @@ public:
     Response& operator=(Response&&) = delete;
     virtual ~Response() = default;
 
-    /// Effective values after `prepare`, in SI units, by figure name (`trocar schema figures`).
-    [[nodiscard]] virtual std::map<std::string, double> values_in_force() const { return {}; }
+    /// Values of the force law after `prepare`; none without a force law.
+    [[nodiscard]] virtual std::optional<ForceLawValues> values_in_force() const { return std::nullopt; }
     /// Once per run. Topology and materials outlive the response's use of them.
     virtual void prepare(const Topology& topology, const Materials& materials) = 0;
     /// Once per tick. contacts.contacts holds the generator's contacts that ContactSelection passes on. A positive gap

@@ -373,12 +373,11 @@ void ReferenceComparison::observe(double time, const Vector3& tool_force, const 
     }
 }
 
-std::map<std::string, double> ReferenceComparison::figures() const {
+ReferenceErrors ReferenceComparison::errors() const {
     constexpr double unset = ReferenceSolution::unset;
-    std::map<std::string, double> figures;
+    ReferenceErrors errors;
     for (std::size_t i = 0; i < laws_.size(); ++i) {
         const Law& law = laws_.at(i);
-        const std::string ending = i == 0 ? "_equal_k" : "_hard";
         const bool known = law.solution != nullptr && !law.force_difference.empty();
         double squares = unset;
         double worst = unset;
@@ -400,16 +399,16 @@ std::map<std::string, double> ReferenceComparison::figures() const {
             }
         }
         const bool places = known && law.position_count > 0.0;
-        figures["force_error_rms" + ending] =
-            known ? std::sqrt(squares / static_cast<double>(law.force_difference.size())) : unset;
-        figures["force_error_worst" + ending] = worst;
-        figures["impulse_error_worst" + ending] = impulse;
-        figures["position_error_rms" + ending] = places ? std::sqrt(law.position_squares / law.position_count) : unset;
-        figures["position_error_worst" + ending] = places ? law.position_worst : unset;
-        figures["force_bound" + ending] = known ? law.solution->force_bound : unset;
+        ReferenceErrors::Law& error = i == 0 ? errors.equal_k : errors.hard;
+        error.force_rms = known ? std::sqrt(squares / static_cast<double>(law.force_difference.size())) : unset;
+        error.force_worst = worst;
+        error.impulse_worst = impulse;
+        error.position_rms = places ? std::sqrt(law.position_squares / law.position_count) : unset;
+        error.position_worst = places ? law.position_worst : unset;
+        error.force_bound = known ? law.solution->force_bound : unset;
     }
-    figures["reference_clears_hard"] = clears_;
-    return figures;
+    errors.hard_clears = clears_;
+    return errors;
 }
 
 }  // namespace trocar

@@ -105,6 +105,21 @@ FoundReference find_reference(const Scene& scene);
 /// A report's clause on one law: orders and bound, or the reason for no reference.
 std::string text_of(const ReferenceSolution& solution);
 
+/// Errors of one run against the reference; NaN without one. Forces are below 30 Hz.
+struct ReferenceErrors {
+    struct Law {
+        double force_rms = ReferenceSolution::unset;       ///< N
+        double force_worst = ReferenceSolution::unset;     ///< N
+        double impulse_worst = ReferenceSolution::unset;   ///< N s, over 10 ms
+        double position_rms = ReferenceSolution::unset;    ///< m
+        double position_worst = ReferenceSolution::unset;  ///< m
+        double force_bound = ReferenceSolution::unset;     ///< N, root mean square, of the reference itself
+    };
+    Law equal_k;
+    Law hard;
+    double hard_clears = ReferenceSolution::unset;  ///< 1: the hard reference clears every depth; 0: it cannot
+};
+
 /// Accumulates the errors of one run against the reference.
 class ReferenceComparison {
 public:
@@ -112,8 +127,7 @@ public:
     ReferenceComparison(const FoundReference& found, double dt);
     /// Adds one tick: its time (s), mean force over the tick on the shown body (N) and all positions after it (3×N, m).
     void observe(double time, const Vector3& tool_force, const Matrix3X& position);
-    /// The figures listed at the top of this file.
-    [[nodiscard]] std::map<std::string, double> figures() const;
+    [[nodiscard]] ReferenceErrors errors() const;
 
 private:
     struct Law {

@@ -102,7 +102,7 @@ void ContactLaws::finish_on_tissue(Index tissue, const Vector3& other_velocity, 
     linear.slip_key = linear.vertices[static_cast<std::size_t>(heaviest - linear.weights.begin())];
 }
 
-std::map<std::string, double> ContactLaws::values_in_force(double on_tissue) const {
+std::optional<ForceLawValues> ContactLaws::values_in_force(double on_tissue) const {
     double mass = 0.0;
     double springs = 0.0;
     double count = 0.0;
@@ -130,10 +130,10 @@ std::map<std::string, double> ContactLaws::values_in_force(double on_tissue) con
             damping = tissue && !std::isnan(on_tissue) ? own_mu(stiffness) : mu(a, b, stiffness);
         }
     }
-    if (stiffest < 0.0) return {};
-    std::map<std::string, double> values{{"k_effective_n_per_m", stiffest}, {"mu_effective_ns_per_m", damping}};
-    if (stiffest > 0.0) values["relaxation_time_effective_s"] = damping / stiffest;
-    if (stiffest > 0.0 && mass > 0.0) values["damping_ratio"] = damping / (2.0 * std::sqrt(stiffest * mass / count));
+    if (stiffest < 0.0) return std::nullopt;
+    ForceLawValues values{.k = stiffest, .mu = damping};
+    if (stiffest > 0.0) values.relaxation_time = damping / stiffest;
+    if (stiffest > 0.0 && mass > 0.0) values.damping_ratio = damping / (2.0 * std::sqrt(stiffest * mass / count));
     return values;
 }
 

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <limits>
-#include <map>
 #include <string>
 #include <vector>
 
@@ -46,10 +45,9 @@ public:
     /// Completes a law that pushes `tissue`: contact offset, depth clamp by clear speed, force limit and friction.
     /// `other_velocity`: m/s, of the other surface.
     void finish_on_tissue(Index tissue, const Vector3& other_velocity, ContactForceLaw& linear) const;
-    /// Figures k_effective_n_per_m, mu_effective_ns_per_m, relaxation_time_effective_s and damping_ratio of the
-    /// stiffest pair with tissue, else of the stiffest pair. `on_tissue`: N/m, the method's own stiffness there; NaN:
-    /// that of the table. The damping ratio is mu / (2 √(k m)), m the mean mass of a tissue vertex.
-    [[nodiscard]] std::map<std::string, double> values_in_force(
+    /// Values of the stiffest pair with tissue, else of the stiffest pair; none without a pair. `on_tissue`: N/m, the
+    /// method's own stiffness there; NaN: that of the table.
+    [[nodiscard]] std::optional<ForceLawValues> values_in_force(
         double on_tissue = std::numeric_limits<double>::quiet_NaN()) const;
 
 private:

@@ -37,7 +37,7 @@ class GlobalIntersection final : public Response {
 public:
     explicit GlobalIntersection(const Settings& settings) : settings_(settings) {}
 
-    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
+    [[nodiscard]] std::optional<ForceLawValues> values_in_force() const override {
         return laws_.values_in_force(settings_.attraction);
     }
     void prepare(const Topology& topology, const Materials& materials) override {

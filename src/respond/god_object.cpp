@@ -22,7 +22,7 @@ class GodObjectResponse final : public Response {
 public:
     explicit GodObjectResponse(const Settings& settings) : settings_(settings) {}
 
-    [[nodiscard]] std::map<std::string, double> values_in_force() const override { return laws_.values_in_force(); }
+    [[nodiscard]] std::optional<ForceLawValues> values_in_force() const override { return laws_.values_in_force(); }
     void prepare(const Topology& topology, const Materials& materials) override {
         topology_ = &topology;
         materials_ = &materials;

@@ -89,8 +89,8 @@ public:
     void prepare(const Topology& topology, const Materials& materials) final;
     void respond(const Frame& frame, double dt, const ContactSet& contacts,
                  std::span<const ContactForce> contact_forces, ResponseOutput& output) final;
-    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
-        return solver_ == nullptr ? laws_.values_in_force() : std::map<std::string, double>{};
+    [[nodiscard]] std::optional<ForceLawValues> values_in_force() const override {
+        return solver_ == nullptr ? laws_.values_in_force() : std::nullopt;
     }
 
 private:

@@ -42,7 +42,7 @@ class Thesis final : public Response {
 public:
     explicit Thesis(const ThesisSettings& settings) : state_(settings) {}
 
-    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
+    [[nodiscard]] std::optional<ForceLawValues> values_in_force() const override {
         return state_.laws.values_in_force();
     }
     void prepare(const Topology& topology, const Materials& materials) override {

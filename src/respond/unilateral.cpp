@@ -27,7 +27,7 @@ class Unilateral final : public Response {
 public:
     explicit Unilateral(const UnilateralSettings& settings) : settings_(settings) {}
 
-    [[nodiscard]] std::map<std::string, double> values_in_force() const override {
+    [[nodiscard]] std::optional<ForceLawValues> values_in_force() const override {
         return laws_.values_in_force(stiffness_);
     }
     void prepare(const Topology& topology, const Materials& materials) override {

@@ -235,22 +235,22 @@ void EnergyMomentumAudit::observe(const Frame& seen, const Frame& after, const R
     observe_tools(seen, after, body_load);
 }
 
-std::map<std::string, double> EnergyMomentumAudit::figures() const {
+Summary EnergyMomentumAudit::figures() const {
     constexpr double not_kept = std::numeric_limits<double>::quiet_NaN();
     const auto either = [&](double tissue, double operators) {
         const double worst = std::max(has_tissue_ ? tissue : 0.0, operators);
         return has_tissue_ || !operator_before_.empty() ? worst : not_kept;
     };
     const auto share = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
-    return {{"energy_residual_j", either(tissue_.worst, couplings_.worst)},
-            {"energy_residual_share",
+    return {{Metric::energy_residual_j, either(tissue_.worst, couplings_.worst)},
+            {Metric::energy_residual_share,
              either(share(tissue_.worst, tissue_.turnover), share(couplings_.worst, couplings_.turnover))},
-            {"momentum_residual_n_s", either(tissue_.momentum_worst, couplings_.momentum_worst)},
-            {"momentum_residual_share", either(share(tissue_.momentum_worst, tissue_.impulse),
-                                               share(couplings_.momentum_worst, couplings_.impulse))},
-            {"dissipated_energy_j", has_tissue_ ? dissipated_ : not_kept},
-            {"limiter_energy_j", has_tissue_ ? limited_ : not_kept},
-            {"absolute_work_j", absolute_work_}};
+            {Metric::momentum_residual_n_s, either(tissue_.momentum_worst, couplings_.momentum_worst)},
+            {Metric::momentum_residual_share, either(share(tissue_.momentum_worst, tissue_.impulse),
+                                                     share(couplings_.momentum_worst, couplings_.impulse))},
+            {Metric::dissipated_energy_j, has_tissue_ ? dissipated_ : not_kept},
+            {Metric::limiter_energy_j, has_tissue_ ? limited_ : not_kept},
+            {Metric::absolute_work_j, absolute_work_}};
 }
 
 }  // namespace trocar

@@ -2,12 +2,11 @@
 // trajectories, masses and contact forces.
 #pragma once
 
-#include <map>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "contact/response_output.hpp"
+#include "measure/metric.hpp"
 #include "scene/scene.hpp"
 #include "tissue/virtual_coupling.hpp"
 
@@ -46,7 +45,7 @@ public:
 
     /// The figures energy_residual_…, momentum_residual_…, dissipated_energy_j, limiter_energy_j and absolute_work_j;
     /// NaN where nothing is audited.
-    [[nodiscard]] std::map<std::string, double> figures() const;
+    [[nodiscard]] Summary figures() const;
 
 private:
     /// Signed residuals and the totals that scale them.

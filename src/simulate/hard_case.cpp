@@ -73,10 +73,7 @@ HardCase read_hard_case(const std::filesystem::path& file) {
     if (const auto node = root.find("scene")) result.scene = node->text();
     if (const auto node = root.find("at_most")) {
         for (const std::string& key : node->keys()) {
-            const auto& figures = summary_figures();
-            if (std::none_of(figures.begin(), figures.end(), [&key](const auto& one) { return one.name == key; })) {
-                node->at(key).fail("a figure of `trocar schema figures`", "'" + key + "'");
-            }
+            if (!metric_named(key)) node->at(key).fail("a metric of `trocar schema figures`", "'" + key + "'");
             result.at_most[key] = node->at(key).number();
         }
     }
@@ -126,13 +123,13 @@ Record run_hard_case(const HardCase& hard_case, const RunSpec& spec) {
     ask(spec, question, false, contacts);
     record.outcome = contacts.outcome;
     const PairErrors errors = compare_pairs(contacts.pairs, truth, hard_case.touch);
-    record.summary = {{"judged_ticks", 1.0},
-                      {"true_pairs", static_cast<double>(truth.size())},
-                      {"true_touches", static_cast<double>(hard_case.touch.size())},
-                      {"false_negatives", static_cast<double>(errors.false_negatives)},
-                      {"false_negatives_touch", static_cast<double>(errors.false_negatives_touch)},
-                      {"false_positives", static_cast<double>(errors.false_positives)},
-                      {"truncated_ticks", contacts.truncated ? 1.0 : 0.0}};
+    record.summary = {{Metric::judged_ticks, 1.0},
+                      {Metric::true_pairs, static_cast<double>(truth.size())},
+                      {Metric::true_touches, static_cast<double>(hard_case.touch.size())},
+                      {Metric::false_negatives, static_cast<double>(errors.false_negatives)},
+                      {Metric::false_negatives_touch, static_cast<double>(errors.false_negatives_touch)},
+                      {Metric::false_positives, static_cast<double>(errors.false_positives)},
+                      {Metric::truncated_ticks, contacts.truncated ? 1.0 : 0.0}};
     if (!record.outcome.ok() || !registry().detector(parse_method(spec.detector).name).native_contacts) return record;
     ask(spec, question, true, contacts);
     const auto bad = std::count_if(contacts.native.begin(), contacts.native.end(),
@@ -176,11 +173,11 @@ Record run_pair_family(const std::filesystem::path& file, const RunSpec& spec) {
         false_negatives += *line.truth && !found ? 1.0 : 0.0;
         false_positives += !*line.truth && found ? 1.0 : 0.0;
     }
-    record.summary = {{"judged_ticks", judged},
-                      {"true_pairs", meeting},
-                      {"false_negatives", false_negatives},
-                      {"false_positives", false_positives},
-                      {"failed_ticks", failed}};
+    record.summary = {{Metric::judged_ticks, judged},
+                      {Metric::true_pairs, meeting},
+                      {Metric::false_negatives, false_negatives},
+                      {Metric::false_positives, false_positives},
+                      {Metric::failed_ticks, failed}};
     return record;
 }
 

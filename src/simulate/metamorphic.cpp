@@ -22,7 +22,7 @@ constexpr std::uint32_t shuffle_seed = 1;
 const Vector3 other_origin(16.0, -8.0, 4.0);  // m
 
 void put(Record& record, const std::string& name, const char* ending, double value) {
-    record.summary["metamorphic_" + name + ending] = value;
+    record.summary[metric_of("metamorphic_" + name + ending)] = value;
 }
 
 // ------------------------------------------------------------------ detectors: sets of pairs
@@ -118,7 +118,7 @@ void test_detector_permuted(const Scene& scene, const RunSpec& spec, Record& rec
         hash.add_word(pairs.size());
     }
     record.state_hash = hash.text();
-    record.summary["metamorphic_pairs"] = count;
+    record.summary[Metric::metamorphic_pairs] = count;
     if (!once.outcome.ok()) return;
 
     put(record, "twice", "_pairs", differing(once, answers_of(spec, topology, frames)));

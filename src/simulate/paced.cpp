@@ -62,7 +62,7 @@ PacedBeside run_beside_empty(std::int64_t ticks, std::int64_t period_ns, const s
     return beside;
 }
 
-std::map<std::string, double> paced_figures(const std::string& name, const PacedTimes& times, std::int64_t period_ns) {
+PacedLatency latency_of(const PacedTimes& times, std::int64_t period_ns) {
     constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
     std::vector<double> latency;
     double misses = 0.0;
@@ -75,12 +75,12 @@ std::map<std::string, double> paced_figures(const std::string& name, const Paced
         misses += miss ? 1.0 : 0.0;
         longest = std::max(longest, burst);
     }
-    return {{name + "_median_ns", median(latency)},
-            {name + "_p99_ns", tail_quantile(latency, 0.99).value_or(not_known)},
-            {name + "_p999_ns", tail_quantile(latency, 0.999).value_or(not_known)},
-            {name + "_max_ns", quantile(latency, 1.0)},
-            {name + "_misses", latency.empty() ? not_known : misses},
-            {name + "_burst", latency.empty() ? not_known : longest}};
+    return {.median_ns = median(latency),
+            .p99_ns = tail_quantile(latency, 0.99).value_or(not_known),
+            .p999_ns = tail_quantile(latency, 0.999).value_or(not_known),
+            .max_ns = quantile(latency, 1.0),
+            .misses = latency.empty() ? not_known : misses,
+            .burst = latency.empty() ? not_known : longest};
 }
 
 }  // namespace trocar

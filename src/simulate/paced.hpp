@@ -29,8 +29,15 @@ struct PacedBeside {
 /// not alternate, since an idle period slows the ticks after it.
 PacedBeside run_beside_empty(std::int64_t ticks, std::int64_t period_ns, const std::function<bool()>& work);
 
-/// NAME_median_ns, NAME_p99_ns, NAME_p999_ns, NAME_max_ns, NAME_misses, NAME_burst after the warm-up. A miss is a tick
-/// that ends after the next release; a burst is the longest run of misses.
-std::map<std::string, double> paced_figures(const std::string& name, const PacedTimes& times, std::int64_t period_ns);
+/// Latency of a paced loop after the warm-up; NaN: not known.
+struct PacedLatency {
+    double median_ns;
+    double p99_ns;
+    double p999_ns;
+    double max_ns;
+    double misses;  ///< ticks that end after the next release
+    double burst;   ///< longest run of misses
+};
+PacedLatency latency_of(const PacedTimes& times, std::int64_t period_ns);
 
 }  // namespace trocar

@@ -83,7 +83,7 @@ bool go_on(const RunLimits& limits, std::int64_t done) { return !limits.progress
 /// Records steps that are certainly unstable, and ends the run unless they are allowed.
 void note_unstable_step(const Scene& scene, const RunSpec& spec, const RunLimits& limits, Record& record) {
     const StepCheck check = check_step(scene, spec.stepper);
-    record.summary["substeps"] = scene.has_tissue() ? check.tissue.substeps : check.substeps;
+    record.summary[Metric::substeps] = scene.has_tissue() ? check.tissue.substeps : check.substeps;
     const std::string why = why_unstable(scene, check);
     if (why.empty()) return;
     const bool taken = limits.allow_unstable_step || spec.mode == "hard_case";
@@ -204,6 +204,31 @@ std::string stream_text() {
         scene_frames_stiffness);
 }
 
+void add_errors(const ReferenceErrors& errors, Summary& summary) {
+    for (const auto& [law, ending] : {std::pair{&errors.equal_k, "_equal_k"}, std::pair{&errors.hard, "_hard"}}) {
+        const auto put = [&, end = ending](const char* name, double value) {
+            summary[metric_of(std::string(name) + end)] = value;
+        };
+        put("force_error_rms", law->force_rms);
+        put("force_error_worst", law->force_worst);
+        put("impulse_error_worst", law->impulse_worst);
+        put("position_error_rms", law->position_rms);
+        put("position_error_worst", law->position_worst);
+        put("force_bound", law->force_bound);
+    }
+    summary[Metric::reference_clears_hard] = errors.hard_clears;
+}
+
+/// `loop`: "paced", or "empty" for the loop beside it.
+void add_latency(const std::string& loop, const PacedLatency& latency, Summary& summary) {
+    summary[metric_of(loop + "_median_ns")] = latency.median_ns;
+    summary[metric_of(loop + "_p99_ns")] = latency.p99_ns;
+    summary[metric_of(loop + "_p999_ns")] = latency.p999_ns;
+    summary[metric_of(loop + "_max_ns")] = latency.max_ns;
+    summary[metric_of(loop + "_misses")] = latency.misses;
+    summary[metric_of(loop + "_burst")] = latency.burst;
+}
+
 }  // namespace
 
 Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
@@ -312,9 +337,14 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary.merge(summarize(record.rows, {.motion_end = script.motion_end()}));
     record.summary.merge(simulation.audit_figures());
-    record.summary.merge(simulation.values_in_force());
-    record.summary["force_without_touch_m"] = untouched ? untouched->largest() : std::nan("");
-    record.summary.merge(comparison.figures());
+    if (const auto values = simulation.values_in_force()) {
+        record.summary[Metric::k_effective_n_per_m] = values->k;
+        record.summary[Metric::mu_effective_ns_per_m] = values->mu;
+        record.summary[Metric::relaxation_time_effective_s] = values->relaxation_time;
+        record.summary[Metric::damping_ratio] = values->damping_ratio;
+    }
+    record.summary[Metric::force_without_touch_m] = untouched ? untouched->largest() : std::nan("");
+    add_errors(comparison.errors(), record.summary);
     return record;
 }
 
@@ -340,8 +370,8 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary.merge(summarize(record.rows));
-    record.summary.merge(paced_figures("paced", times.work, period_ns));
-    record.summary.merge(paced_figures("empty", times.empty, period_ns));
+    add_latency("paced", latency_of(times.work, period_ns), record.summary);
+    add_latency("empty", latency_of(times.empty, period_ns), record.summary);
     return record;
 }
 
@@ -354,7 +384,7 @@ Record run_timed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     }
     record.environment["run.tissue_triangles"] = fmt::format("{}", triangles);
     const StepCheck step = check_step(scene, spec.stepper);
-    record.summary["substeps"] = std::max(1, step.tissue.substeps);
+    record.summary[Metric::substeps] = std::max(1, step.tissue.substeps);
     note_unstable_step(scene, spec, limits, record);
     if (!record.outcome.ok()) return record;
     SimulationSettings settings = settings_of(spec);
@@ -453,8 +483,8 @@ Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimit
     record.frames_hash = hash.text();
     record.summary = summarize(record.rows);
     const auto iterations = static_cast<double>(iteration[0].size());
-    record.summary["iterations"] = iterations;
-    record.summary["pairs_per_iteration"] = iterations > 0.0 ? pair_sum / iterations : std::nan("");
+    record.summary[Metric::iterations] = iterations;
+    record.summary[Metric::pairs_per_iteration] = iterations > 0.0 ? pair_sum / iterations : std::nan("");
     for (std::size_t i = 0; i < 2; ++i) {
         const std::string name = i == 0 ? "without" : "with";
         record.summary[name + "_per_pair_median_ns"] = median(pair.at(i));

@@ -360,13 +360,12 @@ const ResponseOutput& Simulation::output() const { return state_->output; }
 const std::vector<ContactForce>& Simulation::contact_forces() const { return state_->contact_forces; }
 const std::vector<Wrench>& Simulation::body_loads() const { return state_->load; }
 const Outcome& Simulation::outcome() const { return state_->outcome; }
-std::map<std::string, double> Simulation::audit_figures() const {
-    return state_->audit ? state_->audit->figures() : std::map<std::string, double>{};
+Summary Simulation::audit_figures() const { return state_->audit ? state_->audit->figures() : Summary{}; }
+std::optional<ForceLawValues> Simulation::values_in_force() const {
+    if (!state_->response || !state_->prepared.ok()) return std::nullopt;
+    return state_->response->values_in_force();
 }
-std::map<std::string, double> Simulation::values_in_force() const {
-    return state_->response && state_->prepared.ok() ? state_->response->values_in_force()
-                                                     : std::map<std::string, double>{};
-}
+
 std::vector<std::uint8_t> Simulation::yielding_pairs() const { return state_->driver.yielding_pairs(); }
 
 }  // namespace trocar

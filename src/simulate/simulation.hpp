@@ -5,12 +5,14 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "contact/contact_set.hpp"
 #include "contact/response_output.hpp"
 #include "contact/tip_force.hpp"
+#include "measure/metric.hpp"
 #include "measure/step_row.hpp"
 #include "method/entry.hpp"
 #include "method/registry.hpp"
@@ -66,9 +68,9 @@ public:
     [[nodiscard]] const std::vector<Wrench>& body_loads() const;
     [[nodiscard]] const Outcome& outcome() const;
     /// The audit figures of the run so far; empty without the audit.
-    [[nodiscard]] std::map<std::string, double> audit_figures() const;
+    [[nodiscard]] Summary audit_figures() const;
     /// Response::values_in_force of the run's response.
-    [[nodiscard]] std::map<std::string, double> values_in_force() const;
+    [[nodiscard]] std::optional<ForceLawValues> values_in_force() const;
     /// One flag per Topology::body_pairs entry: the pair contains tissue or an operator. Its residual penetration then
     /// depends on the method and not on the script alone.
     [[nodiscard]] std::vector<std::uint8_t> yielding_pairs() const;
