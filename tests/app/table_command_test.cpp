@@ -1,9 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
-#include "support/program.hpp"
+#include "support/commands.hpp"
 
 namespace trocar {
 namespace {
@@ -22,17 +21,14 @@ TEST(TableCommand, PrintsEveryFormatFromAFolderOrItsRecords) {
     EXPECT_TRUE(csv.out.starts_with("scene,response,residual_penetration_max_mm\n")) << csv.out;
     EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n') + 1,
               std::count(markdown.out.begin(), markdown.out.end(), '\n'));
-    const auto json = nlohmann::json::parse(test::run_program("table " + published + words + " --json").out);
+    const auto json = test::json_of("table " + published + words + " --json");
     EXPECT_EQ(json["columns"][2]["unit"], "mm");
     EXPECT_EQ(static_cast<std::ptrdiff_t>(json["rows"].size()) + 1, std::count(csv.out.begin(), csv.out.end(), '\n'));
 }
 
 TEST(TableCommand, BadWordsAreOneLineAndStatus2) {
     for (const std::string words : {" --columns residual_maxm", " --where scene=i2t_pok", " --format pdf"}) {
-        const test::ProgramResult result = test::run_program("table " + published + words);
-        EXPECT_EQ(result.status, 2) << words;
-        EXPECT_TRUE(result.out.empty());
-        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+        test::expect_refused("table " + published + words);
     }
     EXPECT_EQ(test::run_program("table nowhere").status, 2);
 }

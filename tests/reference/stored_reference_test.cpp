@@ -15,6 +15,7 @@
 #include "study/study.hpp"
 #include "support/data.hpp"
 #include "support/program.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
@@ -143,9 +144,8 @@ Reference ramp() {
 }
 
 TEST(StoredReference, ComesBackFromItsFileAndComplainsAboutABrokenOne) {
-    const auto place = std::filesystem::temp_directory_path() / fmt::format("trocar_reference_{}.json", ::getpid());
-    const auto write = [&](const std::string& text) { std::ofstream(place, std::ios::binary) << text; };
-    write(to_json(ramp()));
+    const test::TemporaryFolder temporary;
+    const std::filesystem::path place = temporary.write("reference.json", to_json(ramp()));
     const Reference back = read_reference(place);
     EXPECT_EQ(back.hard.force, ramp().hard.force);
     EXPECT_EQ(back.hard.points, ramp().hard.points);
@@ -156,16 +156,10 @@ TEST(StoredReference, ComesBackFromItsFileAndComplainsAboutABrokenOne) {
     EXPECT_EQ(back.equal_k.reason, "for a test");
     std::string text = to_json(ramp());
     text.replace(text.find("\"available\":true"), 16, "\"available\":3");
-    write(text);
-    try {
-        read_reference(place);
-        ADD_FAILURE() << "a broken file was read";
-    } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find("/hard/available"), std::string::npos) << error.what();
-    }
-    write("{");
+    temporary.write("reference.json", text);
+    test::expect_holds(test::complaint_of([&] { read_reference(place); }), {"/hard/available"});
+    temporary.write("reference.json", "{");
     EXPECT_THROW(read_reference(place), InputError);
-    std::filesystem::remove(place);
 }
 
 FoundReference found_ramp() { return {.state = ReferenceState::present, .reference = ramp()}; }

@@ -25,15 +25,6 @@ std::vector<std::string> reports_with_records() {
     return names;
 }
 
-std::map<std::string, std::string> files_below(const std::filesystem::path& folder) {
-    std::map<std::string, std::string> files;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-        if (!entry.is_regular_file()) continue;
-        files[std::filesystem::relative(entry.path(), folder).string()] = test::read_file(entry.path());
-    }
-    return files;
-}
-
 class PublishedReport : public testing::TestWithParam<std::string> {};
 
 TEST_P(PublishedReport, EqualsItsRebuild) {
@@ -45,8 +36,8 @@ TEST_P(PublishedReport, EqualsItsRebuild) {
     std::filesystem::copy(published / GetParam(), copy, std::filesystem::copy_options::recursive);
     const test::ProgramResult rebuilt = test::run_program("report " + copy.string(), program);
     ASSERT_EQ(rebuilt.status, 0) << rebuilt.err;
-    const std::map<std::string, std::string> before = files_below(published / GetParam());
-    const std::map<std::string, std::string> after = files_below(copy);
+    const std::map<std::string, std::string> before = test::files_below(published / GetParam());
+    const std::map<std::string, std::string> after = test::files_below(copy);
     EXPECT_EQ(before.size(), after.size());
     for (const auto& [name, content] : before) {
         const auto found = after.find(name);

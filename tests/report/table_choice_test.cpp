@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "geometry/input_error.hpp"
 #include "report/csv_text.hpp"
 #include "report/synthetic.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
@@ -39,12 +39,7 @@ std::string words_of(const ChosenTable& table) {
 
 /// The one line that the choice is refused with.
 std::string refusal(const TableChoice& choice) {
-    try {
-        choose_table(records(), choice);
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "";
+    return test::complaint_of([&choice] { choose_table(records(), choice); });
 }
 
 TEST(TableChoice, RowsFitAllNamesAndAnyValueOfAName) {

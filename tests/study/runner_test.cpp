@@ -319,10 +319,5 @@ TEST(ThinRows, KeepThePeaksOfEveryStretchAndWhatWentWrong) {
     EXPECT_EQ(whole.rows.size(), 25U);
 }
 
-TEST(BinaryIdentity, IsStableWithinABinary) {
-    EXPECT_EQ(binary_identity(), binary_identity());
-    EXPECT_EQ(binary_identity().size(), 16U);
-}
-
 }  // namespace
 }  // namespace trocar

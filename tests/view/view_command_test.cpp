@@ -7,7 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "support/program.hpp"
+#include "support/commands.hpp"
 #include "support/scene_samples.hpp"
 #include "view/page.hpp"
 #include "view/view_data.hpp"
@@ -52,9 +52,7 @@ TEST_F(ViewCommand, PageOfASceneReportsEveryTickOfEachResponse) {
     EXPECT_LE(html.size(), view_file_bound);
     const nlohmann::json data = view_data(html);
     ASSERT_EQ(data["runs"].size(), 2U);
-    const ProgramResult run = run_program("run " + poke + " --response thesis --ticks 420 --json");
-    ASSERT_EQ(run.status, 0);
-    const nlohmann::json rows = nlohmann::json::parse(run.out)["rows"];
+    const nlohmann::json rows = json_of("run " + poke + " --response thesis --ticks 420 --json")["rows"];
     double deepest = 0.0;
     for (const nlohmann::json& row : rows) deepest = std::max(deepest, row["residual_penetration"].get<double>());
     ASSERT_GT(deepest, 0.0);
@@ -186,10 +184,7 @@ TEST_F(ViewCommand, BadInputGetsOneLineAndLeavesNoPage) {
           "view " + std::string(TROCAR_SOURCE_DIR) + "/reports/default --scene nowhere",
           "view " + std::string(TROCAR_SOURCE_DIR) + "/reports/default --scene i2t_poke --response nobody",
           "view " + poke + " --pages"}) {
-        const ProgramResult result = run_program(arguments + page);
-        EXPECT_EQ(result.status, 2) << arguments;
-        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << arguments << "\n" << result.err;
-        EXPECT_EQ(result.out, "") << arguments;
+        expect_refused(arguments + page);
         EXPECT_FALSE(std::filesystem::exists(path("page.html"))) << arguments;
     }
 }
