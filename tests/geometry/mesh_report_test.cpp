@@ -8,41 +8,34 @@
 #include "geometry/exact.hpp"
 #include "geometry/mesh_report.hpp"
 #include "support/data.hpp"
+#include "support/meshes.hpp"
 #include "support/random_vectors.hpp"
 
 namespace trocar {
 namespace {
 
-using List = std::vector<std::array<Index, 3>>;
+using test::cube_faces;
+using test::cube_points;
+using test::Faces;
 
-Mesh make_mesh(const std::vector<Vector3>& points, const List& triangles) {
+Mesh make_mesh(const std::vector<Vector3>& points, const Faces& triangles) {
     Mesh mesh;
-    mesh.vertices.resize(3, static_cast<Eigen::Index>(points.size()));
-    for (std::size_t i = 0; i < points.size(); ++i) mesh.vertices.col(static_cast<Eigen::Index>(i)) = points[i];
-    mesh.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-        for (int k = 0; k < 3; ++k)
-            mesh.triangles(k, static_cast<Eigen::Index>(t)) = triangles[t][static_cast<std::size_t>(k)];
-    }
+    mesh.vertices = test::matrix_of(points);
+    mesh.triangles = test::matrix_of(triangles);
     mesh.vertices_stored = static_cast<Index>(points.size());
     return mesh;
 }
 
-/// Corners 0 … 7 by bits x, y, z.
-std::vector<Vector3> cube_points(const Vector3& low, double edge) {
-    std::vector<Vector3> points;
-    for (int i = 0; i < 8; ++i) points.push_back(low + edge * Vector3(i & 1, (i >> 1) & 1, (i >> 2) & 1));
-    return points;
-}
-const List cube_triangles{{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                          {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+Mesh cube(const Vector3& low, double edge) { return make_mesh(cube_points(low, Vector3::Constant(edge)), cube_faces); }
+
+Corners corners(const Mesh& mesh, Index t) { return test::corners_of(mesh.triangles, mesh.vertices, t); }
 
 Mesh two_cubes(const Vector3& second_low) {
-    std::vector<Vector3> points = cube_points(Vector3::Zero(), 1.0);
-    const std::vector<Vector3> more = cube_points(second_low, 1.0);
+    std::vector<Vector3> points = cube_points(Vector3::Zero(), Vector3::Ones());
+    const std::vector<Vector3> more = cube_points(second_low, Vector3::Ones());
     points.insert(points.end(), more.begin(), more.end());
-    List triangles = cube_triangles;
-    for (auto t : cube_triangles) {
+    Faces triangles = cube_faces;
+    for (auto t : cube_faces) {
         for (Index& v : t) v += 8;
         triangles.push_back(t);
     }
@@ -50,7 +43,7 @@ Mesh two_cubes(const Vector3& second_low) {
 }
 
 TEST(MeshReport, CubeIsOneWatertightShellOfItsVolume) {
-    const MeshReport report = report_mesh(make_mesh(cube_points(Vector3(1, 2, 3), 2.0), cube_triangles));
+    const MeshReport report = report_mesh(cube({1, 2, 3}, 2.0));
     EXPECT_EQ(report.vertices, 8);
     EXPECT_EQ(report.triangles, 12);
     EXPECT_EQ(report.shells, 1);
@@ -74,9 +67,9 @@ TEST(MeshReport, TetrahedronTurnedInsideOutHasNegativeVolume) {
 }
 
 TEST(MeshReport, OneTurnedTriangleFlipsItsThreeEdges) {
-    List triangles = cube_triangles;
-    std::swap(triangles[4][1], triangles[4][2]);
-    const MeshReport report = report_mesh(make_mesh(cube_points(Vector3::Zero(), 1.0), triangles));
+    Mesh mesh = cube(Vector3::Zero(), 1.0);
+    std::swap(mesh.triangles(1, 4), mesh.triangles(2, 4));
+    const MeshReport report = report_mesh(mesh);
     EXPECT_EQ(report.flipped_edges, 3);
     EXPECT_FALSE(report.watertight);
 }
@@ -84,7 +77,7 @@ TEST(MeshReport, OneTurnedTriangleFlipsItsThreeEdges) {
 TEST(MeshReport, MoebiusStripHasOneEdgeLoopAndOneFlippedEdge) {
     constexpr int n = 20;
     std::vector<Vector3> points;
-    List triangles;
+    Faces triangles;
     for (int i = 0; i < n; ++i) {
         const double turn = 2.0 * std::numbers::pi * i / n;
         for (const double side : {-0.3, 0.3}) {
@@ -155,8 +148,7 @@ std::int64_t self_intersections(const std::array<Vector3, 3>& a, const std::arra
 }
 
 /// A level sheet of n × n squares of side 1, its corner at (offset, offset, height); the corners of a, then of b.
-void add_sheet(int n, double offset, double height, std::vector<Vector3>& points,
-               std::vector<std::array<Index, 3>>& faces) {
+void add_sheet(int n, double offset, double height, std::vector<Vector3>& points, Faces& faces) {
     const auto first = static_cast<Index>(points.size());
     for (int y = 0; y <= n; ++y) {
         for (int x = 0; x <= n; ++x) points.emplace_back(offset + x, offset + y, height);
@@ -173,7 +165,7 @@ void add_sheet(int n, double offset, double height, std::vector<Vector3>& points
 TEST(MeshReport, CoincidentLayersAreCountedApart) {
     for (const double height : {0.0, 0.25}) {
         std::vector<Vector3> points;
-        std::vector<std::array<Index, 3>> faces;
+        Faces faces;
         add_sheet(4, 0.0, 0.0, points, faces);
         add_sheet(4, 0.375, height, points, faces);
         const Mesh mesh = make_mesh(points, faces);
@@ -182,11 +174,7 @@ TEST(MeshReport, CoincidentLayersAreCountedApart) {
         std::int64_t expected = 0;
         for (Index s = 0; s < layer; ++s) {
             for (Index t = layer; t < 2 * layer; ++t) {
-                const auto corners = [&mesh](Index k) {
-                    return Corners{mesh.vertices.col(mesh.triangles(0, k)), mesh.vertices.col(mesh.triangles(1, k)),
-                                   mesh.vertices.col(mesh.triangles(2, k))};
-                };
-                expected += oracle_intersect(corners(s), corners(t)) ? 1 : 0;
+                expected += oracle_intersect(corners(mesh, s), corners(mesh, t)) ? 1 : 0;
             }
         }
         EXPECT_EQ(expected > 100, height == 0.0);
@@ -215,7 +203,7 @@ Mesh heap(Index count, Index vertex_count, unsigned seed) {
     std::uniform_int_distribution<Index> number(0, vertex_count - 1);
     std::vector<Vector3> vertices;
     for (Index v = 0; v < vertex_count; ++v) vertices.push_back(test::random_vector(place, random));
-    std::vector<std::array<Index, 3>> triangles;
+    Faces triangles;
     while (static_cast<Index>(triangles.size()) < count) {
         const std::array<Index, 3> corners{number(random), number(random), number(random)};
         if (corners[0] != corners[1] && corners[1] != corners[2] && corners[2] != corners[0]) {
@@ -232,13 +220,9 @@ TEST(MeshReport, SelfIntersectionsOfAHeapAreThoseOfADoubleLoop) {
         std::int64_t expected = 0;
         for (Index s = 0; s < 300; ++s) {
             for (Index t = s + 1; t < 300; ++t) {
-                const auto corners = [&mesh](Index k) {
-                    return Corners{mesh.vertices.col(mesh.triangles(0, k)), mesh.vertices.col(mesh.triangles(1, k)),
-                                   mesh.vertices.col(mesh.triangles(2, k))};
-                };
                 bool shared = false;
                 for (int i = 0; i < 9; ++i) shared = shared || mesh.triangles(i / 3, s) == mesh.triangles(i % 3, t);
-                expected += !shared && oracle_intersect(corners(s), corners(t)) ? 1 : 0;
+                expected += !shared && oracle_intersect(corners(mesh, s), corners(mesh, t)) ? 1 : 0;
             }
         }
         EXPECT_GT(expected, 100);
@@ -256,7 +240,7 @@ TEST(MeshReport, FansAndHeapsOfDuplicatesNeedNoTests) {
     // All boxes of a fan hold the centre, all duplicates lie on each other: 4.5e8 pairs each, and not one to test.
     constexpr Index count = 30000;
     std::vector<Vector3> vertices{Vector3::Zero()};
-    std::vector<std::array<Index, 3>> fan;
+    Faces fan;
     for (Index i = 0; i < count; ++i) {
         const double angle = 2.0 * std::numbers::pi * i / count;
         vertices.emplace_back(std::cos(angle), std::sin(angle), 0.1 * std::sin(50.0 * angle));
@@ -266,7 +250,7 @@ TEST(MeshReport, FansAndHeapsOfDuplicatesNeedNoTests) {
     EXPECT_TRUE(of_fan.self_intersections_complete);
     EXPECT_EQ(of_fan.self_intersections, 0);
     EXPECT_EQ(of_fan.boundary_edges, count);
-    const std::vector<std::array<Index, 3>> same(count, {0, 1, 2});
+    const Faces same(count, {0, 1, 2});
     const MeshReport of_duplicates = report_mesh(make_mesh({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, same), 0);
     EXPECT_TRUE(of_duplicates.self_intersections_complete);
     EXPECT_EQ(of_duplicates.duplicate_triangles, count - 1);
@@ -292,7 +276,7 @@ TEST(MeshReport, MeshWithoutTrianglesIsEmptyAndNotAnError) {
 }
 
 TEST(MeshReport, UnitIsGuessedFromTheBoxUnlessStated) {
-    Mesh mesh = make_mesh(cube_points(Vector3::Zero(), 0.3), cube_triangles);
+    Mesh mesh = cube(Vector3::Zero(), 0.3);
     EXPECT_EQ(report_mesh(mesh).unit.name, "m");
     EXPECT_TRUE(report_mesh(mesh).unit.guessed);
     mesh.vertices *= 1000.0;

@@ -6,18 +6,14 @@
 #include <cstring>
 
 #include "geometry/input_error.hpp"
+#include "support/meshes.hpp"
 #include "support/text.hpp"
 
 namespace trocar {
 namespace {
 
-Body body_of(const std::string& name, BodyKind kind, Index vertices, const std::vector<std::array<Index, 3>>& faces) {
-    Body body{.name = name, .kind = kind, .vertex_count = vertices};
-    body.triangles.resize(3, static_cast<Eigen::Index>(faces.size()));
-    for (std::size_t t = 0; t < faces.size(); ++t) {
-        body.triangles.col(static_cast<Eigen::Index>(t)) << faces[t][0], faces[t][1], faces[t][2];
-    }
-    return body;
+Body body_of(const std::string& name, BodyKind kind, Index vertices, const test::Faces& faces) {
+    return {.name = name, .kind = kind, .vertex_count = vertices, .triangles = test::matrix_of(faces)};
 }
 
 std::vector<Body> three_bodies() {
