@@ -9,6 +9,7 @@
 #include "support/commands.hpp"
 #include "support/recordings.hpp"
 #include "support/scene_samples.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {

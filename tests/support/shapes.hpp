@@ -161,6 +161,7 @@ struct Part {
     BodyKind kind = BodyKind::tissue;
     Shape shape = {};
     std::string instrument = {};
+    bool closed = true;
 };
 
 inline Frame frame_of(Matrix3X position) {
@@ -177,6 +178,7 @@ inline World make_world(std::string name, const std::vector<Part>& parts) {
     for (const Part& part : parts) {
         Body body{.name = "body" + std::to_string(bodies.size()),
                   .kind = part.kind,
+                  .closed = part.closed,
                   .instrument = part.instrument,
                   .vertex_count = static_cast<Index>(part.shape.vertices.size())};
         body.triangles.resize(3, static_cast<Eigen::Index>(part.shape.triangles.size()));
