@@ -569,14 +569,6 @@ TEST_F(StudyFile, SceneWithoutItsDataIsSettledAsUnsupported) {
     EXPECT_EQ(run.settled->message, "no data");
 }
 
-TEST(Studies, OfTheProjectAreReadable) {
-    for (const char* name : {"default.json", "full.json"}) {
-        const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / name);
-        EXPECT_FALSE(make_plan(study).empty()) << name;
-        EXPECT_TRUE(study.replay && study.closed_loop && study.triangle_pair) << name;
-    }
-}
-
 TEST_F(StudyFile, HardCasesArePlannedByTheirKind) {
     const std::filesystem::path cases = folder_.path() / "hard";
     const auto add = [&cases](const std::string& name, const std::string& text) {
