@@ -277,27 +277,6 @@ TEST_F(RecordedBaseline, AMovedPointATurnedNormalAnotherDepthAndAnExtraPairFail)
     EXPECT_EQ(run("check", "--tolerance 1e-3").status, 0);
 }
 
-TEST_F(RecordedBaseline, OnOtherFramesTruthAloneDecides) {
-    put_with(whole);
-    ASSERT_EQ(run("write", "").status, 0);
-    put_with(contact(""), 0.25);
-    test::ProgramResult result = run("check", "");
-    EXPECT_EQ(result.status, 0);
-    EXPECT_NE(result.out.find("judged by truth alone"), std::string::npos) << result.out;
-    put_with("", 0.25);
-    result = run("check", "--json");
-    EXPECT_EQ(result.status, 1);
-    EXPECT_EQ(state(result), "worse");
-    EXPECT_EQ(answer(result)["worst"][0]["what"], "missed");
-    put_with(whole, 0.25, contact(""));
-    result = run("check", "--json");
-    EXPECT_EQ(state(result), "worse");
-    EXPECT_EQ(answer(result)["worst"][0]["what"], "untrue");
-    EXPECT_EQ(answer(result)["worst"][0]["distance_m"], 1.0) << "triangle b stands 1 above a in frame 0";
-    put_with(whole, 0.25, contact(R"(,"depth":-1)"));
-    EXPECT_EQ(run("check", "").status, 0) << "reported apart, and they are";
-}
-
 TEST_F(RecordedBaseline, FramesOfWhichNothingIsReportedAnyMoreFail) {
     put_with(whole);
     ASSERT_EQ(run("write", "").status, 0);

@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "support/commands.hpp"
 #include "support/data.hpp"
-#include "support/program.hpp"
 
 namespace trocar {
 namespace {
@@ -34,8 +34,7 @@ Answer respond_to(const Json& cases) {
 
 TEST(Respond, EveryCaseOfTheDataPasses) {
     TROCAR_DATA_OR_SKIP(file, "response/response_cases.json");
-    const test::ProgramResult result = test::run_program("respond --json " + file.string());
-    EXPECT_EQ(result.status, 0) << result.err;
+    const test::ProgramResult result = test::run_successfully("respond --json " + file.string());
     const Json json = Json::parse(result.out);
     const Json data = Json::parse(test::read_file(file));
     ASSERT_EQ(json["cases"].size(), data["cases"].size());

@@ -20,6 +20,7 @@ namespace {
 using Json = nlohmann::json;
 using test::json_of;
 using test::run_program;
+using test::run_successfully;
 
 class RunCommand : public testing::Test {
 protected:
@@ -29,8 +30,7 @@ protected:
 
 TEST_F(RunCommand, WithoutAnyContactReportsWhereTheBodiesCameNearest) {
     const std::string hover = std::string(TROCAR_SOURCE_DIR) + "/scenes/hover.json";
-    const test::ProgramResult reported = run_program("run " + hover + " --ticks 5");
-    EXPECT_EQ(reported.status, 0) << reported.err;
+    const test::ProgramResult reported = run_successfully("run " + hover + " --ticks 5");
     test::expect_holds(reported.out, {"no contact tool and sheet came nearest in tick 0: 0.1 mm apart",
                                       "sheet within x -50 to 50, y -50 to 50, z 0 to 0 mm"});
     const Json nearest = json_of("run " + hover + " --ticks 5 --json").at("nearest");
@@ -174,8 +174,7 @@ TEST_F(RunCommand, ForcesAreNullInTheTickThatFailedAndTicksCountFromZero) {
 
 TEST_F(RunCommand, RecordingHoldsTheFramesThatDetectionSaw) {
     const std::string file = (folder_.path() / "frames.trocrec").string();
-    const test::ProgramResult result = run_program("run " + scene_ + " --ticks 45 --json --record " + file);
-    ASSERT_EQ(result.status, 0) << result.err;
+    run_successfully("run " + scene_ + " --ticks 45 --json --record " + file);
     RecordingReader reader(file);
     ASSERT_EQ(reader.frame_count(), 45);
     const Scene scene = read_scene(scene_, std::nullopt);
@@ -208,15 +207,6 @@ TEST_F(RunCommand, RecordingNeverReplacesAPipeOrDevice) {
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
     test::expect_refused("run " + scene_ + " --ticks 2 --record " + pipe.string(), "pipe");
     EXPECT_TRUE(std::filesystem::is_fifo(pipe));
-}
-
-TEST_F(RunCommand, MethodThatCannotAnswerEndsWithThree) {
-    // ohc stops at pairs; asking for its native contacts is asking for what it does not have.
-    const test::ProgramResult result = run_program("run " + scene_ + " --contacts native --json");
-    EXPECT_EQ(result.status, 3) << result.err;
-    const Json json = Json::parse(result.out);
-    EXPECT_EQ(json.at("outcome"), "unsupported");
-    EXPECT_TRUE(json.at("rows").empty());
 }
 
 TEST_F(RunCommand, ResponseThatCannotReadNativeContactsEndsWithThree) {

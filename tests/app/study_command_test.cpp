@@ -116,8 +116,7 @@ TEST_F(StudyCommand, ReportsEveryRunAndRebuildsTheReportToTheByte) {
     for (const char* name : {"report.md", "report.html", "results.csv", "records.jsonl"}) {
         EXPECT_TRUE(files.contains(name)) << name;
     }
-    const ProgramResult rebuilt = run_program("report " + output().string());
-    EXPECT_EQ(rebuilt.status, 0) << rebuilt.err;
+    run_successfully("report " + output().string());
     EXPECT_EQ(files_below(output()), files);
     // Records carry where their numbers come from.
     const std::string& records = files.at("records.jsonl");
@@ -158,8 +157,7 @@ TEST_F(StudyCommand, ThePictureOfTheWorstTickIsOfTheRecordsAndMadeAgainToTheByte
     const ProgramResult lost = run_program("report --picture " + output().string());
     EXPECT_EQ(lost.status, 2) << "records do not report where a study outside this folder lies";
     EXPECT_NE(lost.err.find("--study"), std::string::npos) << lost.err;
-    const ProgramResult again = run_program("report --picture --study " + file().string() + " " + output().string());
-    EXPECT_EQ(again.status, 0) << again.err;
+    run_successfully("report --picture --study " + file().string() + " " + output().string());
     EXPECT_EQ(read_file(picture), before);
     EXPECT_EQ(read_file(output() / "report.md").find("--picture"), std::string::npos);
 }

@@ -11,8 +11,7 @@ const std::string published = std::string(TROCAR_SOURCE_DIR) + "/reports/stepper
 
 TEST(TableCommand, PrintsEveryFormatFromAFolderOrItsRecords) {
     const std::string words = " --columns scene,response,residual_penetration_max_m:mm --where scene=i2t_poke";
-    const test::ProgramResult markdown = test::run_program("table " + published + words);
-    ASSERT_EQ(markdown.status, 0) << markdown.err;
+    const test::ProgramResult markdown = test::run_successfully("table " + published + words);
     EXPECT_TRUE(markdown.out.starts_with("| scene | response | residual penetration max (mm) |\n")) << markdown.out;
     EXPECT_EQ(test::run_program("table " + published + "/records.jsonl" + words).out, markdown.out);
     EXPECT_NE(test::run_program("table " + published + words + " --format tex").out.find("\\begin{tabular}"),

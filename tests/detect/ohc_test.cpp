@@ -95,11 +95,7 @@ TEST(Ohc, EveryOverlappingBoxPairIsTestedOnce) {
     const World world = boundary_world();
     std::int64_t overlapping = 0;
     std::vector<Box> boxes;
-    for (Index t = 0; t < world.topology.triangle_count(); ++t) {
-        Box box;
-        for (int k = 0; k < 3; ++k) box.add(world.frame.position.col(world.topology.triangles(k, t)));
-        boxes.push_back(box);
-    }
+    for (Index t = 0; t < world.topology.triangle_count(); ++t) boxes.push_back(box_of(world, t));
     for (Index a = 0; a < world.topology.triangle_count(); ++a) {
         for (Index b = a + 1; b < world.topology.triangle_count(); ++b) {
             const auto body_a = world.topology.body_of_triangle[static_cast<std::size_t>(a)];

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "support/program.hpp"
+#include "support/commands.hpp"
 #include "support/test_name.hpp"
 
 namespace trocar {
@@ -34,8 +34,7 @@ TEST_P(PublishedReport, EqualsItsRebuild) {
     const test::TemporaryFolder folder;
     const std::filesystem::path copy = folder.path() / GetParam();
     std::filesystem::copy(published / GetParam(), copy, std::filesystem::copy_options::recursive);
-    const test::ProgramResult rebuilt = test::run_program("report " + copy.string(), program);
-    ASSERT_EQ(rebuilt.status, 0) << rebuilt.err;
+    test::run_successfully("report " + copy.string(), program);
     const std::map<std::string, std::string> before = test::files_below(published / GetParam());
     const std::map<std::string, std::string> after = test::files_below(copy);
     EXPECT_EQ(before.size(), after.size());

@@ -161,6 +161,7 @@ TEST_F(RecordedContacts, AnUnfinishedRecordingLeavesNothing) {
         writer.add(frame, {{.a = 0, .b = 1}});
     }
     EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+    EXPECT_THROW(RecordingWriter(folder.path() / "no" / "such" / "folder.trocrec", topology, 1e-3), InputError);
 }
 
 TEST_F(RecordedContacts, TheWriterRefusesWhatTheReaderWould) {

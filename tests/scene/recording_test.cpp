@@ -120,14 +120,6 @@ TEST_F(RecordingFile, WhatIsWrittenComesBackBitForBit) {
     EXPECT_EQ(std::memcmp(back.position.data(), frame.position.data(), sizeof(double) * 18), 0);
 }
 
-TEST_F(RecordingFile, AnUnfinishedRecordingLeavesNothing) {
-    const Topology topology = read(RecordingText().bytes()).topology();
-    std::filesystem::remove(file());
-    { const RecordingWriter writer(file(), topology, 1e-3); }
-    EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
-    EXPECT_THROW(RecordingWriter(folder.path() / "no" / "such" / "folder.trocrec", topology, 1e-3), InputError);
-}
-
 TEST_F(RecordingFile, BadHeadersAreNamed) {
     const std::vector<std::pair<std::function<void(RecordingText&)>, const char*>> cases{
         {[](RecordingText& t) { t.header["format"] = "x"; },

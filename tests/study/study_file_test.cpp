@@ -442,36 +442,6 @@ TEST_F(StudyFile, EachPartIsRepeatedAsOftenAsItSays) {
     }
 }
 
-TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsReportedOnce) {
-    const auto& detectors = registry().detectors();
-    const auto detector = std::find_if(detectors.begin(), detectors.end(),
-                                       [](const DetectorEntry& entry) { return entry.native_contacts; });
-    if (detector == detectors.end()) GTEST_SKIP() << "this build has no detector with native contacts";
-    const Study study =
-        read(R"({"format":"trocar-study-2","name":"s","repetitions":2,"closed_loop":{)"
-             R"("scenes":["a.json","b.json"],"detectors":[")" +
-             detector->name + R"("],"responses":["thesis","penalty"],"contacts":["intersection","native"]}})");
-    int thesis_rows = 0;
-    int penalty_runs = 0;
-    for (const PlannedRun& run : make_plan(study)) {
-        if (run.spec.contacts != "native") {
-            EXPECT_FALSE(run.settled);
-        } else if (run.spec.response == "thesis") {
-            ++thesis_rows;
-            ASSERT_TRUE(run.settled);
-            EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
-            EXPECT_NE(run.settled->message.find(
-                          "from contacts tracked_proximity, proximity, intersection, not from 'native'"),
-                      std::string::npos);
-        } else {
-            ++penalty_runs;
-            EXPECT_FALSE(run.settled);
-        }
-    }
-    EXPECT_EQ(thesis_rows, 1);
-    EXPECT_EQ(penalty_runs, 2 * 2);
-}
-
 TEST_F(StudyFile, RepetitionsAreBlocksOfInterleavedMethods) {
     std::int64_t last = 0;
     for (const PlannedRun& run : make_plan(read(good))) {
@@ -559,14 +529,6 @@ TEST_F(StudyFile, AbsentMethodBecomesRowsWithItsReason) {
     ASSERT_NE(lost, plan.end());
     EXPECT_EQ(lost->settled->kind, OutcomeKind::absent);
     EXPECT_NE(lost->settled->message.find(absent.reason), std::string::npos);
-}
-
-TEST_F(StudyFile, SceneWithoutItsDataIsSettledAsUnsupported) {
-    PlannedRun run;
-    complete_run({.name = "liver", .hash = "", .pair_class = "", .ticks = 0, .lacks_data = true}, run);
-    ASSERT_TRUE(run.settled);
-    EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
-    EXPECT_EQ(run.settled->message, "no data");
 }
 
 TEST_F(StudyFile, HardCasesArePlannedByTheirKind) {

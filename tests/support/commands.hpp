@@ -11,11 +11,15 @@
 
 namespace trocar::test {
 
+inline ProgramResult run_successfully(const std::string& arguments, const std::string& program = TROCAR_PROGRAM) {
+    ProgramResult result = run_program(arguments, program);
+    EXPECT_EQ(result.status, 0) << arguments << ": " << result.err;
+    return result;
+}
+
 /// What a call prints that must succeed.
 inline nlohmann::json json_of(const std::string& arguments) {
-    const ProgramResult result = run_program(arguments);
-    EXPECT_EQ(result.status, 0) << arguments << ": " << result.err;
-    return nlohmann::json::parse(result.out, nullptr, false);
+    return nlohmann::json::parse(run_successfully(arguments).out, nullptr, false);
 }
 
 /// Holds a call of bad input to status 2, nothing on stdout and one line on stderr, which has `part`; returns that
