@@ -74,25 +74,8 @@ Shape torus(double large, double small, int around, int across) {
     return shape;
 }
 
-/// Prism along z with n sides, its corners on a circle of this radius.
-Shape prism(double radius, double height, int n) {
-    Shape shape;
-    for (const double z : {-height / 2, height / 2}) {
-        for (int i = 0; i < n; ++i) {
-            const double angle = 2.0 * std::numbers::pi * i / n;
-            shape.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
-        }
-    }
-    for (Index i = 0; i < n; ++i) {
-        const Index next = (i + 1) % n;
-        shape.triangles.push_back({i, next, next + n});
-        shape.triangles.push_back({i, next + n, i + n});
-        if (i < 2) continue;
-        shape.triangles.push_back({0, i, i - 1});
-        shape.triangles.push_back({n, n + i - 1, n + i});
-    }
-    return shape;
-}
+/// Prism along z about the origin with n sides, its corners on a circle of this radius.
+Shape prism(double radius, double height, int n) { return test::shaft(radius, height, n, 1).move({0, 0, -height / 2}); }
 
 Shape points_only(std::vector<Vector3> points) { return {std::move(points), {}}; }
 

@@ -12,6 +12,7 @@
 #include "measure/vertical_crossings.hpp"
 #include "support/meshes.hpp"
 #include "support/random_vectors.hpp"
+#include "support/shapes.hpp"
 
 namespace trocar {
 namespace {
@@ -19,30 +20,10 @@ namespace {
 using test::Faces;
 using test::TriangleMesh;
 
-/// Stacked closed rings of `sides` around z, from z = 0 to 1.
+/// Closed rings of `sides` around z, from z = 0 to 1.
 TriangleMesh shaft(Index rings, Index sides, double radius) {
-    std::vector<Vector3> points;
-    Faces faces;
-    for (Index k = 0; k < rings; ++k) {
-        for (Index s = 0; s < sides; ++s) {
-            const double angle = 2.0 * std::numbers::pi * s / sides;
-            points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 1.0 * k / (rings - 1));
-        }
-    }
-    for (Index k = 0; k + 1 < rings; ++k) {
-        for (Index s = 0; s < sides; ++s) {
-            const Index a = k * sides + s;
-            const Index b = k * sides + (s + 1) % sides;
-            faces.push_back({a, b, b + sides});
-            faces.push_back({a, b + sides, a + sides});
-        }
-    }
-    for (Index s = 2; s < sides; ++s) {
-        const Index top = (rings - 1) * sides;
-        faces.push_back({0, s, s - 1});
-        faces.push_back({top, top + s - 1, top + s});
-    }
-    return {points, faces};
+    const test::Shape shape = test::shaft(radius, 1.0, sides, rings - 1);
+    return {shape.vertices, shape.triangles};
 }
 
 /// Closed flat prisms above each other, all as wide as the whole.
@@ -50,17 +31,10 @@ TriangleMesh discs(Index count, Index sides) {
     std::vector<Vector3> points;
     Faces faces;
     for (Index k = 0; k < count; ++k) {
-        const TriangleMesh disc = shaft(2, sides, 1.0);
+        const test::Shape disc = test::shaft(1.0, 0.004, sides, 1).move({0.0, 0.0, 0.01 * k});
         const auto first = static_cast<Index>(points.size());
-        for (Eigen::Index v = 0; v < disc.position.cols(); ++v) {
-            Vector3 p = disc.position.col(v);
-            p.z() = 0.01 * (k + 0.4 * p.z());
-            points.push_back(p);
-        }
-        for (Index t = 0; t < disc.count(); ++t) {
-            const auto c = disc.triangles.col(t);
-            faces.push_back({first + c[0], first + c[1], first + c[2]});
-        }
+        points.insert(points.end(), disc.vertices.begin(), disc.vertices.end());
+        for (const auto& [a, b, c] : disc.triangles) faces.push_back({first + a, first + b, first + c});
     }
     return {points, faces};
 }
