@@ -1,18 +1,16 @@
 // The command on meshes whose intersecting pairs are known by hand, and against the oracle.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <nlohmann/json.hpp>
-
 #include "geometry/mesh_file.hpp"
+#include "support/commands.hpp"
 #include "support/data.hpp"
-#include "support/program.hpp"
 
 namespace trocar {
 namespace {
 
 using test::ProgramResult;
 using test::run_program;
+using test::run_successfully;
 using Json = nlohmann::json;
 
 // A face with a small one far away before it, so that numbers are not all zero.
@@ -23,14 +21,18 @@ const std::string spike = "OFF\n4 4 0\n1 0 -1\n-1 1 -1\n-1 -1 -1\n0 0 1\n3 0 2 1
 class DetectCommand : public testing::Test {
 protected:
     DetectCommand() {
-        std::ofstream(folder_.path() / "face.obj") << two_faces;
-        std::ofstream(folder_.path() / "spike.off") << spike;
-        std::ofstream(folder_.path() / "empty.off") << "OFF\n0 0 0\n";
+        folder_.write("face.obj", two_faces);
+        folder_.write("spike.off", spike);
+        folder_.write("empty.off", "OFF\n0 0 0\n");
     }
     [[nodiscard]] std::string file(const std::string& name) const { return (folder_.path() / name).string(); }
+    [[nodiscard]] std::string words(const std::string& options, const std::string& a = "face.obj",
+                                    const std::string& b = "spike.off") const {
+        return "detect " + file(a) + " " + file(b) + " " + options;
+    }
     [[nodiscard]] ProgramResult run(const std::string& options, const std::string& a = "face.obj",
                                     const std::string& b = "spike.off") const {
-        return run_program("detect " + file(a) + " " + file(b) + " " + options);
+        return run_program(words(options, a, b));
     }
     static Json row(const ProgramResult& result, const std::string& name) {
         const Json document = Json::parse(result.out);
@@ -43,9 +45,7 @@ protected:
 };
 
 TEST_F(DetectCommand, PairsAreNumbersOfTheFilesAndKeysAreTheAgreedOnes) {
-    const ProgramResult result = run("--json");
-    EXPECT_EQ(result.status, 0) << result.err;
-    const Json document = Json::parse(result.out);
+    const Json document = test::json_of(words("--json"));
     EXPECT_EQ(document.size(), 2U);
     EXPECT_TRUE(document.at("truth").is_null());
     ASSERT_EQ(document.at("detectors").size(), 1U);
@@ -93,7 +93,7 @@ TEST_F(DetectCommand, AllHoldsEveryDetectorAgainstTheOracle) {
     const Json document = Json::parse(result.out);
     EXPECT_EQ(document.at("truth"), 3);
     Json list = Json::array();
-    const Json all = Json::parse(run_program("list --json").out);
+    const Json all = test::json_of("list --json");
     for (const Json& known : all.at("detectors")) {
         if (!known.at("available").get<bool>() || !known.at("control").get<bool>()) list.push_back(known);
     }
@@ -132,9 +132,7 @@ TEST_F(DetectCommand, OneDetectorPrintsAPairPerLine) {
 
 TEST_F(DetectCommand, AMeshWithoutTrianglesHasNoPairs) {
     for (const char* b : {"spike.off", "empty.off"}) {
-        const ProgramResult result = run("--detector all --json", "empty.off", b);
-        EXPECT_EQ(result.status, 0) << result.err;
-        EXPECT_EQ(Json::parse(result.out).at("truth"), 0);
+        EXPECT_EQ(test::json_of(words("--detector all --json", "empty.off", b)).at("truth"), 0);
     }
 }
 
@@ -147,8 +145,7 @@ TEST_F(DetectCommand, WritesTheVeryVerticesItTested) {
     EXPECT_EQ(b.vertices, expected.vertices);
     EXPECT_EQ(b.triangles, expected.triangles);
     EXPECT_EQ(read_mesh(folder_.path() / "out/deep/a.obj").triangles.cols(), 2);
-    const Json again =
-        Json::parse(run_program("detect --json " + file("out/deep/a.obj") + " " + file("out/deep/b.obj")).out);
+    const Json again = test::json_of(words("--json", "out/deep/a.obj", "out/deep/b.obj"));
     EXPECT_EQ(again.at("detectors")[0].at("pairs"), row(run("--json" + pose), "ohc").at("pairs"));
 }
 
@@ -167,18 +164,14 @@ TEST_F(DetectCommand, BadInputEndsWithStatusTwoAndNothingOnStdout) {
         {"--detector ohc:", "ohc"},
     };
     for (const auto& [options, part] : cases) {
-        const ProgramResult result = run(options + " --json");
-        EXPECT_EQ(result.status, 2) << options;
-        EXPECT_EQ(result.out, "") << options;
-        EXPECT_NE(result.err.find(part), std::string::npos) << options << ": " << result.err;
-        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+        test::expect_refused(words(options + " --json"), part);
     }
     EXPECT_EQ(run("", "face.obj", "missing.stl").status, 2);
     EXPECT_EQ(run("--write-posed " + file("face.obj")).status, 2);
 }
 
 TEST_F(DetectCommand, AnAbsentMethodAskedForByNameIsBadInput) {
-    const Json list = Json::parse(run_program("list --json").out);
+    const Json list = test::json_of("list --json");
     for (const Json& known : list.at("detectors")) {
         if (known.at("available").get<bool>()) continue;
         EXPECT_EQ(run("--detector " + known.at("name").get<std::string>()).status, 2);
@@ -198,10 +191,9 @@ TEST_F(DetectCommand, ADetectorThatTakesTooLongIsTimedOutAndStatusThree) {
 TEST_F(DetectCommand, LiverAndShaftAgreeWithTheOracle) {
     TROCAR_DATA_OR_SKIP(folder, "meshes");
     const ProgramResult result =
-        run_program("detect " + (folder / "liver_collision.stl").string() + " " +
-                    (folder / "maryland/instrument_shaft.stl").string() +
-                    " --scale-b 0.001 --pose-b \"-0.02 -0.05 0.3 10 5 0\" --detector all --json");
-    EXPECT_EQ(result.status, 0) << result.err;
+        run_successfully("detect " + (folder / "liver_collision.stl").string() + " " +
+                         (folder / "maryland/instrument_shaft.stl").string() +
+                         " --scale-b 0.001 --pose-b \"-0.02 -0.05 0.3 10 5 0\" --detector all --json");
     EXPECT_GT(Json::parse(result.out).at("truth").get<int>(), 10);
     for (const char* name : {"ohc", "brute_force"}) {
         EXPECT_EQ(row(result, name).at("false_negatives"), 0);

@@ -2,15 +2,14 @@
 // their promises, and on reports and references that do not fit.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "report/synthetic.hpp"
-#include "support/program.hpp"
+#include "support/commands.hpp"
 #include "support/recordings.hpp"
 #include "support/scene_samples.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
@@ -25,11 +24,24 @@ class ExitStatus : public testing::Test {
 protected:
     [[nodiscard]] std::string file(const std::string& name) const { return (folder_.path() / name).string(); }
     std::string write(const std::string& name, const std::string& text) const {
-        std::ofstream(file(name), std::ios::binary) << text;
-        return file(name);
+        return folder_.write(name, text).string();
     }
     test::TemporaryFolder folder_;
 };
+
+/// `question` ends where the detector is named; what the oracle says of the one that loses pairs and of the one that
+/// invents one.
+void expect_liars_caught(const std::string& question, const std::string& losing, const std::string& inventing) {
+    const ProgramResult loses = with_liars(question + "liar --truth");
+    EXPECT_EQ(loses.status, 1);
+    test::expect_holds(loses.err, {"liar claims exactness and differs from the oracle: " + losing});
+    const ProgramResult invents = with_liars(question + "liar:invent=on --truth");
+    EXPECT_EQ(invents.status, 1);
+    test::expect_holds(invents.err, {inventing});
+    EXPECT_EQ(with_liars(question + "all").status, 1) << "one among all";
+    EXPECT_EQ(with_liars(question + "liar").status, 0) << "nothing was compared";
+    EXPECT_EQ(with_liars(question + "brute_force --truth").status, 0);
+}
 
 TEST_F(ExitStatus, DetectIsOneForADetectorThatClaimsToBeExactAndIsNot) {
     // The second face of a goes through the three sides of the spike; the first one is far away.
@@ -38,17 +50,7 @@ TEST_F(ExitStatus, DetectIsOneForADetectorThatClaimsToBeExactAndIsNot) {
     const std::string b =
         write("spike.off", "OFF\n4 4 0\n1 0 -1\n-1 1 -1\n-1 -1 -1\n0 0 1\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n");
     const std::string question = "detect " + a + " " + b + " --detector ";
-    const ProgramResult loses = with_liars(question + "liar --truth");
-    EXPECT_EQ(loses.status, 1);
-    EXPECT_NE(loses.err.find("liar claims exactness and differs from the oracle: 3 false negatives, 0 false positives"),
-              std::string::npos)
-        << loses.err;
-    const ProgramResult invents = with_liars(question + "liar:invent=on --truth");
-    EXPECT_EQ(invents.status, 1);
-    EXPECT_NE(invents.err.find("3 false negatives, 1 false positives"), std::string::npos) << invents.err;
-    EXPECT_EQ(with_liars(question + "all").status, 1) << "one among all";
-    EXPECT_EQ(with_liars(question + "liar").status, 0) << "nothing was compared";
-    EXPECT_EQ(with_liars(question + "brute_force --truth").status, 0);
+    expect_liars_caught(question, "3 false negatives, 0 false positives", "3 false negatives, 1 false positives");
     // Where nothing meets, no answer is right and an invented pair is wrong.
     const std::string apart = "detect " + a + " " + b + " --pose-b \"0 0 20 0 0 0\" --truth --detector ";
     EXPECT_EQ(with_liars(apart + "liar").status, 0);
@@ -58,27 +60,10 @@ TEST_F(ExitStatus, DetectIsOneForADetectorThatClaimsToBeExactAndIsNot) {
 }
 
 TEST_F(ExitStatus, ReplayIsOneForADetectorThatClaimsToBeExactAndIsNot) {
-    // Apart, then crossing.
-    test::RecordingText text;
-    text.positions.clear();
-    for (const double low : {1.0, -0.5}) {
-        text.positions.insert(text.positions.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});
-        text.positions.insert(text.positions.end(), {0.25, 0.25, low, 0.25, 0.25, 2, 0.5, 0.25, 2});
-    }
-    text.header["frames"] = 2;
+    const test::RecordingText text = test::standing_at({1.0, -0.5});  // apart, then crossing
     const std::string question = "replay " + write("frames.trocrec", text.bytes()) + " --detector ";
-    const ProgramResult loses = with_liars(question + "liar --truth");
-    EXPECT_EQ(loses.status, 1);
-    EXPECT_NE(loses.err.find("liar claims exactness and differs from the oracle: 1 false negatives, 0 false positives"),
-              std::string::npos)
-        << loses.err;
-    const ProgramResult invents = with_liars(question + "liar:invent=on --truth");
-    EXPECT_EQ(invents.status, 1);
-    EXPECT_NE(invents.err.find("0 false negatives, 1 false positives"), std::string::npos)
-        << "right in the second frame " << invents.err;
-    EXPECT_EQ(with_liars(question + "all").status, 1) << "one among all";
-    EXPECT_EQ(with_liars(question + "liar").status, 0) << "nothing was compared";
-    EXPECT_EQ(with_liars(question + "brute_force --truth").status, 0);
+    // The one that invents is right in the second frame.
+    expect_liars_caught(question, "1 false negatives, 0 false positives", "0 false negatives, 1 false positives");
 }
 
 TEST_F(ExitStatus, ExplainIsThreeWhereTheResponseFailsBeforeTheTick) {
@@ -121,9 +106,7 @@ TEST_F(ExitStatus, AMetamorphicTestOfADetectorThatRefusesReportsTheRefusal) {
 
 TEST_F(ExitStatus, ReportAgainstAnotherIsOneWhenAFigureOrARunHasChanged) {
     const auto folder_of = [this](const std::string& name, const std::vector<Record>& records) {
-        std::filesystem::create_directories(folder_.path() / name);
-        std::ofstream stream(folder_.path() / name / "records.jsonl");
-        for (const Record& record : records) stream << to_json_line(record) << '\n';
+        test::store_records(folder_.path() / name, records);
         return file(name);
     };
     std::vector<Record> records{test::synthetic({.ticks = 30}), test::synthetic({.detector = "other", .ticks = 30})};
@@ -152,12 +135,7 @@ TEST_F(ExitStatus, RecordsAndPicturesNestedTooDeepAreBadInput) {
     std::string objects;
     for (std::size_t i = 0; i < levels; ++i) objects += "{\"x\":";
     objects += "0" + std::string(levels, '}');
-    const auto expect_refused = [](const std::string& arguments) {
-        const ProgramResult result = run_program(arguments);
-        EXPECT_EQ(result.status, 2) << arguments;
-        EXPECT_NE(result.err.find("expected at most 100 levels of lists and objects"), std::string::npos) << result.err;
-        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-    };
+    const std::string refusal = "expected at most 100 levels of lists and objects";
     const std::filesystem::path report = folder_.path() / "report";
     std::filesystem::create_directories(report);
     const std::string good = to_json_line(test::synthetic({.ticks = 30})) + "\n";
@@ -165,11 +143,12 @@ TEST_F(ExitStatus, RecordsAndPicturesNestedTooDeepAreBadInput) {
     inside.insert(inside.rfind('}'), ",\"more\":" + lists);
     for (const std::string& records : {lists, objects, good + inside}) {
         std::ofstream(report / "records.jsonl") << records;
-        for (const std::string command : {"report ", "table ", "view "}) expect_refused(command + report.string());
+        for (const std::string command : {"report ", "table ", "view "})
+            test::expect_refused(command + report.string(), refusal);
     }
     std::ofstream(report / "records.jsonl") << good;
     std::ofstream(report / "worst_tick.json") << R"({"format": "trocar-worst-tick-1", "scene": )" << lists << "}";
-    expect_refused("report " + report.string());
+    test::expect_refused("report " + report.string(), refusal);
 }
 
 TEST_F(ExitStatus, ComplaintsHaveAtMost400BytesWithAllThatStandsAroundThem) {

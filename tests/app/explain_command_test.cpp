@@ -1,35 +1,26 @@
 // `trocar explain` as a user meets it.
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
 #include "method/registry.hpp"
-#include "support/program.hpp"
+#include "support/commands.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
 
 using Json = nlohmann::json;
-using test::run_program;
+using test::json_of;
 
 class ExplainCommand : public testing::Test {
 protected:
-    void SetUp() override {
-        scene_ = (folder_.path() / "poke.json").string();
-        std::ofstream(scene_) << test::poke_text();
-    }
     test::TemporaryFolder folder_;
-    std::string scene_;
+    const std::string scene_ = folder_.write("poke.json", test::poke_text()).string();
 };
 
 TEST_F(ExplainCommand, AllDetectorsAnswerOnTheVeryFrameOfTheRun) {
-    const test::ProgramResult result = run_program("explain " + scene_ + " --tick 38 --json");
-    ASSERT_EQ(result.status, 0) << result.err;
-    const Json json = Json::parse(result.out);
+    const Json json = json_of("explain " + scene_ + " --tick 38 --json");
     EXPECT_EQ(json.at("tick"), 38);
-    const Json run = Json::parse(
-        run_program("run " + scene_ + " --ticks 39 --json --detector ohc --response thesis:profile=faithful").out);
+    const Json run = json_of("run " + scene_ + " --ticks 39 --json --detector ohc --response thesis:profile=faithful");
     const auto pairs = run.at("rows").at(38).at("pairs").get<std::size_t>();
     ASSERT_GT(pairs, 0U);
     EXPECT_EQ(json.at("truth").at("pairs").size(), pairs);
@@ -46,14 +37,12 @@ TEST_F(ExplainCommand, AllDetectorsAnswerOnTheVeryFrameOfTheRun) {
 }
 
 TEST_F(ExplainCommand, OnePairIsReportedInFullInTheNumbersOfTheFiles) {
-    const Json all = Json::parse(run_program("explain " + scene_ + " --tick 38 --json").out);
+    const Json all = json_of("explain " + scene_ + " --tick 38 --json");
     const Json& first = all.at("truth").at("pairs").at(0);
     const std::string option = first.at("bodies").at(0).get<std::string>() + ":" + first.at("triangles").at(0).dump() +
                                "," + first.at("bodies").at(1).get<std::string>() + ":" +
                                first.at("triangles").at(1).dump();
-    const test::ProgramResult result = run_program("explain " + scene_ + " --tick 38 --json --pair " + option);
-    ASSERT_EQ(result.status, 0) << result.err;
-    const Json json = Json::parse(result.out);
+    const Json json = json_of("explain " + scene_ + " --tick 38 --json --pair " + option);
     ASSERT_EQ(json.at("examined").size(), 1U);
     const Json& pair = json.at("examined").at(0);
     EXPECT_EQ(pair.at("bodies"), first.at("bodies"));
@@ -62,21 +51,15 @@ TEST_F(ExplainCommand, OnePairIsReportedInFullInTheNumbersOfTheFiles) {
     EXPECT_TRUE(pair.at("intersection").contains("depth"));
     // Plain numbers mean the bodies in the order of the scene.
     const std::string plain = first.at("triangles").at(0).dump() + "," + first.at("triangles").at(1).dump();
-    EXPECT_EQ(Json::parse(run_program("explain " + scene_ + " --tick 38 --json --pair " + plain).out).at("examined"),
-              json.at("examined"));
-    const test::ProgramResult text = run_program("explain " + scene_ + " --tick 38 --pair " + option);
-    for (const char* word : {"truth", "intersection", "overlap", "reports the pair"}) {
-        EXPECT_NE(text.out.find(word), std::string::npos) << word << '\n' << text.out;
-    }
+    EXPECT_EQ(json_of("explain " + scene_ + " --tick 38 --json --pair " + plain).at("examined"), json.at("examined"));
+    EXPECT_EQ(test::run_program("explain " + scene_ + " --tick 38 --pair " + option).status, 0) << "as text";
 }
 
 TEST_F(ExplainCommand, BadRequestsEndWithTwo) {
     for (const char* arguments :
          {" --tick 60", " --tick -1", " --tick 3 --pair 1", " --tick 3 --pair a,b", " --tick 3 --pair 1,99999999",
           " --tick 3 --pair ghost:1,sheet:1", " --tick 3 --response no_such_method"}) {
-        const test::ProgramResult result = run_program("explain " + scene_ + arguments);
-        EXPECT_EQ(result.status, 2) << arguments << result.out;
-        EXPECT_EQ(result.out, "") << arguments;
+        test::expect_refused("explain " + scene_ + arguments);
     }
 }
 

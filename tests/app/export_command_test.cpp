@@ -1,10 +1,8 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <fstream>
-#include <nlohmann/json.hpp>
 
-#include "support/program.hpp"
+#include "support/commands.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar {
@@ -14,29 +12,23 @@ using Json = nlohmann::json;
 
 class Export : public testing::Test {
 protected:
-    Export() { std::ofstream(scene) << test::poke_text(); }
     [[nodiscard]] std::string words(const std::string& to, const std::string& rest = "") const {
         return "export " + scene.string() + " --to " + to + " --output " + output.string() + " " + rest;
     }
     void expect_refused(const std::string& line, const std::string& named) const {
-        const test::ProgramResult result = test::run_program(line);
-        EXPECT_EQ(result.status, 2) << line;
-        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-        EXPECT_NE(result.err.find(named), std::string::npos) << result.err;
+        test::expect_refused(line, named);
         EXPECT_FALSE(std::filesystem::exists(output)) << "nothing half-written";
     }
     test::TemporaryFolder folder;
-    std::filesystem::path scene = folder.path() / "poke.json";
+    std::filesystem::path scene = folder.write("poke.json", test::poke_text());
     std::filesystem::path output = folder.path() / "out";
 };
 
 TEST_F(Export, WritesTheFormatsThatAreNamed) {
     for (const auto& [to, one, files] :
          {std::tuple{"paraview", "poke.pvd", 9}, {"gltf", "poke.glb", 1}, {"obj", "sheet_000020.obj", 8}}) {
-        const test::ProgramResult result = test::run_program(words(to, "--every 20 --json"));
-        ASSERT_EQ(result.status, 0) << result.err;
+        const Json reported = test::json_of(words(to, "--every 20 --json"));
         EXPECT_TRUE(std::filesystem::exists(output / one)) << to;
-        const Json reported = Json::parse(result.out);
         EXPECT_EQ(reported["ticks"], Json({0, 20, 40, 59}))
             << "every 20th and the last, which is the deepest or not deeper";
         EXPECT_EQ(reported["files"].size(), static_cast<std::size_t>(files)) << reported["files"];
@@ -48,8 +40,8 @@ TEST_F(Export, WritesTheFormatsThatAreNamed) {
 
 TEST_F(Export, IsTheRunThatRunReports) {
     const std::string methods = " --detector ohc --response penalty --stepper semi_implicit --ticks 30";
-    const Json ran = Json::parse(test::run_program("run " + scene.string() + methods + " --json").out);
-    const Json reported = Json::parse(test::run_program(words("obj", methods + " --every 10 --tick 7 --json")).out);
+    const Json ran = test::json_of("run " + scene.string() + methods + " --json");
+    const Json reported = test::json_of(words("obj", methods + " --every 10 --tick 7 --json"));
     EXPECT_EQ(reported["state_hash"], ran["summary"]["state_hash"]);
     EXPECT_EQ(reported["response"], ran["response"]);
     EXPECT_TRUE(std::filesystem::exists(output / "tool_000007.obj"));
@@ -58,10 +50,8 @@ TEST_F(Export, IsTheRunThatRunReports) {
 TEST_F(Export, TakesRecordings) {
     const std::string recording = (folder.path() / "poke.trocrec").string();
     ASSERT_EQ(test::run_program("run " + scene.string() + " --ticks 10 --record " + recording).status, 0);
-    const test::ProgramResult result =
-        test::run_program("export " + recording + " --to paraview --output " + output.string() + " --every 5 --json");
-    ASSERT_EQ(result.status, 0) << result.err;
-    const Json reported = Json::parse(result.out);
+    const Json reported =
+        test::json_of("export " + recording + " --to paraview --output " + output.string() + " --every 5 --json");
     EXPECT_EQ(reported["ticks"], Json({0, 5, 9}));
     EXPECT_TRUE(reported["state_hash"].is_null());
 }

@@ -1,10 +1,7 @@
 // The command as others drive it: keys of the JSON document, exit status, one line per error.
 #include <gtest/gtest.h>
 
-#include <fstream>
-#include <nlohmann/json.hpp>
-
-#include "support/program.hpp"
+#include "support/commands.hpp"
 
 namespace trocar {
 namespace {
@@ -15,10 +12,11 @@ using Json = nlohmann::ordered_json;
 
 class MeshCommand : public testing::Test {
 protected:
+    std::string words(const std::string& name, const std::string& text, const std::string& options = "") {
+        return "mesh " + folder_.write(name, text).string() + " " + options;
+    }
     ProgramResult run(const std::string& name, const std::string& text, const std::string& options = "") {
-        const std::filesystem::path file = folder_.path() / name;
-        std::ofstream(file, std::ios::binary) << text;
-        return run_program("mesh " + file.string() + " " + options);
+        return run_program(words(name, text, options));
     }
     test::TemporaryFolder folder_;
 };
@@ -77,20 +75,9 @@ TEST_F(MeshCommand, MeshWithoutTrianglesIsDoneWithNullForWhatHasNoNumber) {
     EXPECT_TRUE(document.at("box")[0][0].is_null());
 }
 
-TEST_F(MeshCommand, TableSaysThatAUnitIsAGuess) {
-    const ProgramResult guessed = run("t.off", tetrahedron);
-    EXPECT_EQ(guessed.status, 0);
-    EXPECT_NE(guessed.out.find("guessed"), std::string::npos) << guessed.out;
-    const ProgramResult stated = run("t.off", "OFF # units: mm\n" + tetrahedron.substr(4));
-    EXPECT_EQ(stated.out.find("guessed"), std::string::npos) << stated.out;
-}
-
 TEST_F(MeshCommand, BadFilesEndWithStatusTwoAndOneLine) {
-    const ProgramResult bad = run("t.off", "OFF\n1 1 0\n0 0 0\n3 0 0 1\n", "--json");
-    EXPECT_EQ(bad.status, 2);
-    EXPECT_EQ(bad.out, "");
-    EXPECT_NE(bad.err.find("t.off: line 4: expected a vertex number 0 to 0, got '1'\n"), std::string::npos) << bad.err;
-    EXPECT_EQ(std::count(bad.err.begin(), bad.err.end(), '\n'), 1);
+    test::expect_refused(words("t.off", "OFF\n1 1 0\n0 0 0\n3 0 0 1\n", "--json"),
+                         "t.off: line 4: expected a vertex number 0 to 0, got '1'\n");
     EXPECT_EQ(run_program("mesh no/such/file.stl").status, 2);
     EXPECT_EQ(run_program("mesh").status, 2);
 }

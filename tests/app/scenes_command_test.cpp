@@ -2,12 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <sstream>
 #include <string>
 
-#include "support/program.hpp"
+#include "support/commands.hpp"
 
 namespace trocar {
 namespace {
@@ -19,8 +17,8 @@ class ScenesCommand : public testing::Test {
 protected:
     void SetUp() override {
         // Two triangles and one.
-        std::ofstream(folder_.path() / "two.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n";
-        std::ofstream(folder_.path() / "one.obj") << "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n";
+        folder_.write("two.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nf 1 2 3\nf 2 4 3\n");
+        folder_.write("one.obj", "v 0 0 1\nv 1 0 1\nv 0 1 1\nf 1 2 3\n");
     }
     [[nodiscard]] std::string write(const std::string& name, const nlohmann::json& description) const {
         const auto body = [](const char* kind, const std::string& mesh) {
@@ -31,18 +29,14 @@ protected:
         scene["description"] = description;
         scene["bodies"] = {body("rigid", "two"), body("instrument", "one")};
         scene["contact"] = {{{"bodies", {"two", "one"}}, {"k", 1000}}};
-        const std::filesystem::path file = folder_.path() / (name + ".json");
-        std::ofstream(file) << scene.dump();
-        return file.string();
+        return folder_.write(name + ".json", scene.dump()).string();
     }
     test::TemporaryFolder folder_;
 };
 
 TEST_F(ScenesCommand, ReportsWhatAFileHolds) {
     const std::string file = write("above", "A triangle over two. More of it, 1.5 m up.");
-    const ProgramResult result = run_program("scenes --json " + file);
-    ASSERT_EQ(result.status, 0) << result.err;
-    EXPECT_EQ(nlohmann::json::parse(result.out),
+    EXPECT_EQ(test::json_of("scenes --json " + file),
               (nlohmann::json{{"scenes",
                                {{{"name", "above"},
                                  {"file", file},
@@ -78,17 +72,12 @@ TEST_F(ScenesCommand, ListsAFolderByName) {
 
 TEST_F(ScenesCommand, ADescriptionThatIsNoTextIsOneLineThatNamesTheFile) {
     const std::string file = write("odd", 5);
-    const ProgramResult result = run_program("scenes " + file);
-    EXPECT_EQ(result.status, 2);
-    EXPECT_NE(result.err.find(file + ": /description: expected a text"), std::string::npos) << result.err;
-    EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+    test::expect_refused("scenes " + file, file + ": /description: expected a text");
 }
 
 TEST_F(ScenesCommand, ANameWithALetterTooFewTooManyOrWrongIsReportedItsNeighbour) {
     for (const char* name : {"i2tpoke", "i2t__poke", "i2t_pole"}) {
-        const ProgramResult result = run_program(std::string("run ") + name);
-        EXPECT_EQ(result.status, 2) << name;
-        EXPECT_NE(result.err.find("(near: i2t_poke"), std::string::npos) << result.err;
+        test::expect_refused(std::string("run ") + name, "(near: i2t_poke");
     }
 }
 

@@ -2,27 +2,23 @@
 // and in little memory; --large takes them.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <chrono>
-#include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 
-#include "support/program.hpp"
+#include "support/commands.hpp"
 #include "support/scene_samples.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
 
 using nlohmann::json;
-using test::ProgramResult;
 using test::run_program;
 
 class SizeLimits : public testing::Test {
 protected:
     std::string write(const std::string& name, const std::string& text) const {
-        std::ofstream(folder_.path() / name, std::ios::binary) << text;
-        return (folder_.path() / name).string();
+        return folder_.write(name, text).string();
     }
     /// A scene of one sheet of so many millimetres of edge, and of so many single triangles.
     [[nodiscard]] std::string scene(double edge, int bodies, int parts = 1) const {
@@ -42,11 +38,7 @@ protected:
         return write("scene.json", text.dump());
     }
     void expect_refused(const std::string& arguments, const std::string& what) const {
-        const ProgramResult result = run_program(arguments);
-        EXPECT_EQ(result.status, 2) << arguments;
-        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
-        EXPECT_NE(result.err.find(what), std::string::npos) << result.err;
-        EXPECT_NE(result.err.find("--large lifts this"), std::string::npos) << result.err;
+        test::expect_holds(test::expect_refused(arguments, what), {"--large lifts this"});
     }
     test::TemporaryFolder folder_;
 };
@@ -123,24 +115,17 @@ TEST_F(SizeLimits, NumbersOfTheCommandLineAreTakenAsTheyStandOrRefused) {
     const std::string scene = write("scene.json", test::poke_text());
     for (const std::string number : {"9223372036854775808", "99999999999999999999999", "''", "1e3", "0x10", "'3 '"}) {
         for (const std::string command : {"run ", "view ", "export --to obj --output out "}) {
-            const ProgramResult result = run_program(command + scene + " --ticks " + number);
-            EXPECT_EQ(result.status, 2) << command << number;
-            EXPECT_NE(result.err.find("--ticks"), std::string::npos) << result.err;
-            EXPECT_EQ(result.err.find("9223372036854775807'"), std::string::npos) << "reported otherwise than given";
+            const std::string line = test::expect_refused(command + scene + " --ticks " + number, "--ticks");
+            EXPECT_EQ(line.find("9223372036854775807'"), std::string::npos) << "reported otherwise than given";
         }
     }
     for (const std::string command : {"run ", "run --explain-step ", "view ", "export --to obj --output out "}) {
-        const ProgramResult result = run_program(command + scene + " --ticks 9223372036854775807");
-        EXPECT_EQ(result.status, 2) << command;
-        EXPECT_NE(result.err.find("--ticks: expected an integer from 1 to 1000000000, got 9223372036854775807"),
-                  std::string::npos)
-            << result.err;
+        test::expect_refused(command + scene + " --ticks 9223372036854775807",
+                             "--ticks: expected an integer from 1 to 1000000000, got 9223372036854775807");
     }
     for (const std::string option :
          {"--detector", "--response", "--contacts", "--stepper", "--device", "--record", "--ticks"}) {
-        const ProgramResult result = run_program("run " + scene + " " + option + " ''");
-        EXPECT_EQ(result.status, 2) << option;
-        EXPECT_NE(result.err.find(option + ": expected something, got ''"), std::string::npos) << result.err;
+        test::expect_refused("run " + scene + " " + option + " ''", option + ": expected something, got ''");
     }
     EXPECT_EQ(run_program("run " + scene + " --ticks +2").status, 0);
     EXPECT_EQ(run_program("run " + scene + " --ticks 2 --query-distance-margin ''").status, 2);

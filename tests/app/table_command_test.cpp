@@ -1,9 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
-#include "support/program.hpp"
+#include "support/commands.hpp"
 
 namespace trocar {
 namespace {
@@ -12,8 +11,7 @@ const std::string published = std::string(TROCAR_SOURCE_DIR) + "/reports/stepper
 
 TEST(TableCommand, PrintsEveryFormatFromAFolderOrItsRecords) {
     const std::string words = " --columns scene,response,residual_penetration_max_m:mm --where scene=i2t_poke";
-    const test::ProgramResult markdown = test::run_program("table " + published + words);
-    ASSERT_EQ(markdown.status, 0) << markdown.err;
+    const test::ProgramResult markdown = test::run_successfully("table " + published + words);
     EXPECT_TRUE(markdown.out.starts_with("| scene | response | residual penetration max (mm) |\n")) << markdown.out;
     EXPECT_EQ(test::run_program("table " + published + "/records.jsonl" + words).out, markdown.out);
     EXPECT_NE(test::run_program("table " + published + words + " --format tex").out.find("\\begin{tabular}"),
@@ -22,17 +20,14 @@ TEST(TableCommand, PrintsEveryFormatFromAFolderOrItsRecords) {
     EXPECT_TRUE(csv.out.starts_with("scene,response,residual_penetration_max_mm\n")) << csv.out;
     EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n') + 1,
               std::count(markdown.out.begin(), markdown.out.end(), '\n'));
-    const auto json = nlohmann::json::parse(test::run_program("table " + published + words + " --json").out);
+    const auto json = test::json_of("table " + published + words + " --json");
     EXPECT_EQ(json["columns"][2]["unit"], "mm");
     EXPECT_EQ(static_cast<std::ptrdiff_t>(json["rows"].size()) + 1, std::count(csv.out.begin(), csv.out.end(), '\n'));
 }
 
 TEST(TableCommand, BadWordsAreOneLineAndStatus2) {
     for (const std::string words : {" --columns residual_maxm", " --where scene=i2t_pok", " --format pdf"}) {
-        const test::ProgramResult result = test::run_program("table " + published + words);
-        EXPECT_EQ(result.status, 2) << words;
-        EXPECT_TRUE(result.out.empty());
-        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
+        test::expect_refused("table " + published + words);
     }
     EXPECT_EQ(test::run_program("table nowhere").status, 2);
 }

@@ -7,6 +7,7 @@
 #include <functional>
 #include <random>
 
+#include "detect/triangle_batch.hpp"
 #include "geometry/triangle_distance.hpp"
 #include "geometry/triangle_families.hpp"
 #include "support/random_vectors.hpp"
@@ -15,20 +16,6 @@ namespace trocar::test {
 namespace {
 
 using Random = std::mt19937_64;
-
-void put(const TrianglePairCase& pair, std::size_t lane, TriangleBatch& batch) {
-    const auto difference = [lane](const Vector3& to, const Vector3& from, TriangleBatch::Lanes& lanes) {
-        for (std::size_t k = 0; k < 3; ++k) {
-            const auto axis = static_cast<Eigen::Index>(k);
-            lanes[k][lane] = static_cast<float>(to[axis] - from[axis]);
-        }
-    };
-    difference(pair.first[1], pair.first[0], batch.u1);
-    difference(pair.first[2], pair.first[0], batch.v1);
-    difference(pair.second[1], pair.second[0], batch.u2);
-    difference(pair.second[2], pair.second[0], batch.v2);
-    difference(pair.first[0], pair.second[0], batch.w);
-}
 
 /// Holds every target against double precision at a query distance that is `factor` times the distance; returns the
 /// share of pairs that the best filter left open.

@@ -4,35 +4,21 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <random>
 #include <set>
 #include <string>
 
+#include "detect/answers.hpp"
 #include "detect/cluster_kernels.hpp"
 #include "detect/clusters.hpp"
-#include "method/registry.hpp"
 #include "support/random_vectors.hpp"
-#include "support/shapes.hpp"
 
 namespace trocar::test {
 namespace {
 
-using Settings = std::map<std::string, std::string>;
-
-World dipping(int tick) {
-    return make_world("dip", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({0.0007 * tick, 0.0003, -0.004})},
-                              {BodyKind::tissue, slab(0.1, 0.01, 30).shake(0.0003, 3)}});
-}
-
 ContactSet answer(const World& world, const Settings& settings = {}, const std::string& name = "ohc_clustered") {
-    const auto detector = make_detector(name, settings);
-    detector->prepare(world.topology, world.frame);
-    ContactSet contacts;
-    detector->update(world.frame, 0.0);
-    detector->detect(world.frame, contacts);
-    return contacts;
+    return first_answer(name, world, settings);
 }
 
 TEST(ClusterKernels, EveryInstructionSetAgreesWithThePlainComparison) {
@@ -116,7 +102,7 @@ TEST(ClusterKernels, FloatBoxesThatTouchInDoubleNeverLookApart) {
 }
 
 TEST(Clusters, HoldEveryTriangleOnceAndTheBlocksOfItsCorners) {
-    const World world = dipping(0);
+    const World world = dipping(0, 30);
     for (const ClusterOrder order : {ClusterOrder::automatic, ClusterOrder::given, ClusterOrder::local}) {
         for (const BodyRange& range : world.topology.bodies) {
             const ClusteredBody body = cluster_body(world.topology, world.frame, range, order);
@@ -184,7 +170,7 @@ TEST(Clusters, BlocksArePartsOfTheOrderWithoutJumps) {
 }
 
 TEST(OhcClustered, VertexOrderMakesNoDifference) {
-    const World world = dipping(0);
+    const World world = dipping(0, 30);
     const auto expected = answer(world, {}, "brute_force").pairs;
     ASSERT_GT(expected.size(), 20U);
     for (const char* order : {"auto", "given", "local"}) {
@@ -193,24 +179,16 @@ TEST(OhcClustered, VertexOrderMakesNoDifference) {
 }
 
 TEST(OhcClustered, VectorsMakeNoDifference) {
-    const World world = dipping(0);
+    const World world = dipping(0, 30);
     const ContactSet best = answer(world);
     const ContactSet scalar = answer(world, {{"simd", "scalar"}});
     EXPECT_EQ(scalar.pairs, best.pairs);
     EXPECT_EQ(scalar.work.work(), best.work.work());
 }
 
-/// A tick of a detector that stays.
-ContactSet tick(Detector& detector, const Frame& frame) {
-    ContactSet contacts;
-    detector.update(frame, 0.0);
-    detector.detect(frame, contacts);
-    return contacts;
-}
-
 TEST(OhcClustered, WhatRestsCostsALookAndNoMore) {
     for (const char* order : {"given", "local"}) {
-        World world = dipping(0);
+        World world = dipping(0, 30);
         const auto expected = answer(world, {}, "brute_force").pairs;
         ASSERT_GT(expected.size(), 20U);
         const auto detector = make_detector("ohc_clustered", {{"order", order}});
@@ -397,7 +375,7 @@ TEST(OhcClustered, FarAwayTinyAndHugeScenesAreAnswered) {
     for (const double scale : {1e-300, 1e-160, 1e-12, 1.0, 1e12, 1e150, 1e300}) {
         for (const double offset : {0.0, 1e3, 1e6}) {
             if (scale * (1.0 + offset) > 1e306) continue;
-            World world = dipping(2);
+            World world = dipping(2, 30);
             world.frame.position = (world.frame.position.array() * scale + offset * scale).matrix();
             const auto expected = answer(world, {}, "brute_force").pairs;
             EXPECT_GT(expected.size(), 20U);
@@ -411,7 +389,7 @@ TEST(OhcClustered, BodiesThatHaveTravelledFarAreAsMuchWorkAsThoseThatBeginThere)
     // A scene of a tenth of a millimetre: seen in float from where it began, 100 m away, its triangles all appear
     // alike.
     for (Eigen::Index axis = 0; axis < 3; ++axis) {
-        World world = dipping(0);
+        World world = dipping(0, 30);
         world.frame.position *= 0x1p-10;
         const auto detector = make_detector("ohc_clustered", {});
         detector->prepare(world.topology, world.frame);
@@ -496,29 +474,6 @@ TEST(OhcClustered, WhatBeginsBetweenFramesIsReportedInEveryTick) {
             begun += contacts.swept.size();
         }
         EXPECT_GT(begun, 50U);
-    }
-}
-
-TEST(OhcClusteredLimits, WorkStaysWithinTheBudgetAndTheCutIsReported) {
-    const World world = dipping(0);
-    const ContactSet whole = answer(world);
-    for (std::int64_t budget = 0; budget < 2 * whole.work.work(); budget += 211) {
-        const ContactSet contacts = answer(world, {{"work_budget", std::to_string(budget)}});
-        EXPECT_LE(contacts.work.work(), budget);
-        if (!contacts.truncated) {
-            EXPECT_EQ(contacts.pairs, whole.pairs) << "cut without a word at " << budget;
-        }
-    }
-    EXPECT_FALSE(answer(world, {{"work_budget", std::to_string(4 * whole.work.work())}}).truncated);
-}
-
-TEST(OhcClusteredLimits, MaximumOfPairsIsKeptAndReported) {
-    const World world = dipping(0);
-    const auto whole = answer(world).pairs;
-    for (const std::size_t most : {std::size_t{0}, std::size_t{3}, whole.size() - 1}) {
-        const ContactSet contacts = answer(world, {{"max_pairs", std::to_string(most)}});
-        EXPECT_EQ(contacts.pairs.size(), most);
-        EXPECT_TRUE(contacts.truncated);
     }
 }
 

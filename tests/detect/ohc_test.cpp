@@ -6,53 +6,21 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <map>
 #include <utility>
 
+#include "detect/answers.hpp"
 #include "detect/lattice.hpp"
 #include "detect/ohc_meeting.hpp"
-#include "geometry/exact.hpp"
 #include "measure/allocations.hpp"
-#include "method/registry.hpp"
-#include "support/shapes.hpp"
+#include "support/world_triangles.hpp"
 
 namespace trocar::test {
 namespace {
 
 using Pairs = std::vector<TrianglePair>;
-using Settings = std::map<std::string, std::string>;
-
-/// The plain double loop with the rational oracle.
-Pairs expected_pairs(const World& world) {
-    Pairs pairs;
-    const auto corners = [&world](Index t) {
-        const auto v = world.topology.triangles.col(t);
-        return Corners{world.frame.position.col(v(0)), world.frame.position.col(v(1)), world.frame.position.col(v(2))};
-    };
-    for (const auto& [first, second] : world.topology.body_pairs) {
-        const Range a_range = world.topology.bodies[static_cast<std::size_t>(first)].triangles;
-        const Range b_range = world.topology.bodies[static_cast<std::size_t>(second)].triangles;
-        for (Index a = a_range.first; a < a_range.end(); ++a) {
-            Box box;
-            for (const Vector3& corner : corners(a)) box.add(corner);
-            for (Index b = b_range.first; b < b_range.end(); ++b) {
-                Box other;
-                for (const Vector3& corner : corners(b)) other.add(corner);
-                if (box.overlaps(other) && oracle_intersect(corners(a), corners(b))) pairs.push_back({a, b});
-            }
-        }
-    }
-    std::sort(pairs.begin(), pairs.end());
-    return pairs;
-}
 
 ContactSet answer(const World& world, const Settings& settings = {}, const std::string& name = "ohc") {
-    const auto detector = make_detector(name, settings);
-    detector->prepare(world.topology, world.frame);
-    ContactSet contacts;
-    detector->update(world.frame, 0.0);
-    detector->detect(world.frame, contacts);
-    return contacts;
+    return first_answer(name, world, settings);
 }
 
 /// Positive and negative coordinates, spread over cells, with some vertices exactly on cell boundaries of h = 1/64 m.
@@ -70,7 +38,7 @@ TEST(Ohc, NoSettingChangesTheAnswer) {
     for (const double offset : {0.0, 1e4}) {
         World world = boundary_world();
         world.frame.position.array() += offset;
-        const Pairs expected = expected_pairs(world);
+        const Pairs expected = pairs_of_oracle(world);
         ASSERT_GT(expected.size(), 50U);
         const std::vector<Settings> variants{
             {{"cell", "0.015625"}},     {{"cell", "0.0001"}},      {{"cell", "0.003"}},
@@ -100,12 +68,8 @@ TEST(Ohc, AQueryDistanceOfManyCellsIsNotPutIntoCells) {
     // Three ticks of a tool that flies by, and one at rest: with 8 m around it a triangle covers 10^8 cells.
     for (const double query_distance : {0.001, 8.0, 0.3, 0.001}) {
         ++world.frame.tick;
-        ContactSet found;
-        ContactSet expected;
-        for (const auto& [method, contacts] : {std::pair{detector.get(), &found}, {truth.get(), &expected}}) {
-            method->update(world.frame, query_distance);
-            method->detect(world.frame, *contacts);
-        }
+        const ContactSet found = tick(*detector, world.frame, query_distance);
+        const ContactSet expected = tick(*truth, world.frame, query_distance);
         EXPECT_EQ(found.pairs, expected.pairs) << query_distance;
         EXPECT_EQ(found.near, expected.near) << query_distance;
         EXPECT_LT(found.work.cells_visited, 2'000'000) << query_distance;
@@ -118,7 +82,7 @@ TEST(Ohc, TrianglesOfManyCellsInOneBitAreAnswered) {
                                                   {BodyKind::tissue, sheet(0.2, 24)},
                                                   {BodyKind::tissue, soup(50, 0.02, 0.1, 63).move({1.0, 0.9, 0.8})},
                                                   {BodyKind::tissue, soup(50, 0.02, 0.1, 64).move({1.0, 0.9, 0.8})}});
-    const Pairs expected = expected_pairs(world);
+    const Pairs expected = pairs_of_oracle(world);
     ASSERT_GT(expected.size(), 10U);
     for (const char* cell : {"1e-5", "1e-9"}) {
         EXPECT_EQ(answer(world, {{"cell", cell}}).pairs, expected) << cell;
@@ -131,11 +95,7 @@ TEST(Ohc, EveryOverlappingBoxPairIsTestedOnce) {
     const World world = boundary_world();
     std::int64_t overlapping = 0;
     std::vector<Box> boxes;
-    for (Index t = 0; t < world.topology.triangle_count(); ++t) {
-        Box box;
-        for (int k = 0; k < 3; ++k) box.add(world.frame.position.col(world.topology.triangles(k, t)));
-        boxes.push_back(box);
-    }
+    for (Index t = 0; t < world.topology.triangle_count(); ++t) boxes.push_back(box_of(world, t));
     for (Index a = 0; a < world.topology.triangle_count(); ++a) {
         for (Index b = a + 1; b < world.topology.triangle_count(); ++b) {
             const auto body_a = world.topology.body_of_triangle[static_cast<std::size_t>(a)];
@@ -267,7 +227,7 @@ TEST(Ohc, ABodyAmongManyNeighboursIsAnswered) {
                          soup(60, 0.02, 0.06, 80U + static_cast<unsigned>(i)).move({x, y, 0.0})});
     }
     World world = make_world("neighbours", parts);
-    const Pairs expected = expected_pairs(world);
+    const Pairs expected = pairs_of_oracle(world);
     ASSERT_GT(expected.size(), 50U);
     for (const Settings& settings :
          {Settings{}, Settings{{"margin", "0.003"}}, Settings{{"swept", "on"}}, Settings{{"max_pairs", "1000000"}}}) {
@@ -370,10 +330,7 @@ TEST(Ohc, ACellHasTheLengthThatTheFirstFrameWithAnyEdgesGivesItAndKeepsIt) {
         const auto work = [&world](const std::string& edge, const Frame& first, const Frame& frame) -> WorkCounters {
             const auto detector = make_detector("ohc", {{"cell", edge}});
             detector->prepare(world.topology, first);
-            ContactSet contacts;
-            detector->update(frame, 0.0);
-            detector->detect(frame, contacts);
-            return contacts.work;
+            return tick(*detector, frame).work;
         };
         const auto is_same = [](const WorkCounters& one, const WorkCounters& other) {
             return one.cells_visited == other.cells_visited && one.box_tests == other.box_tests;
@@ -424,25 +381,21 @@ TEST(Ohc, StormOfEqualHashesIsStillRight) {
         crossing.triangles.push_back({first, first + 1, first + 2});
     }
     const World world = make_world("storm", {{BodyKind::tissue, line}, {BodyKind::tissue, crossing}});
-    const Pairs expected = expected_pairs(world);
+    const Pairs expected = pairs_of_oracle(world);
     ASSERT_EQ(expected.size(), 60U);
     for (const char* hash : {"fibonacci", "teschner"}) {
         EXPECT_EQ(answer(world, {{"cell", "1"}, {"hash", hash}, {"hash_bits", "1"}}).pairs, expected) << hash;
     }
 }
 
-/// A shaft that dips into a slab, moved on by `tick`.
-World dipping(int tick) {
-    return make_world("dip", {{BodyKind::instrument, shaft(0.004, 0.1, 12, 30).move({0.0007 * tick, 0.0003, -0.004})},
-                              {BodyKind::tissue, slab(0.1, 0.01, 20).shake(0.0003, 3)}});
-}
+class Limits : public testing::TestWithParam<const char*> {};
 
-TEST(OhcLimits, WorkStaysWithinTheBudgetAndTheCutIsReported) {
-    const World world = dipping(0);
-    const ContactSet whole = answer(world);
+TEST_P(Limits, WorkStaysWithinTheBudgetAndTheCutIsReported) {
+    const World world = dipping(0, 20);
+    const ContactSet whole = answer(world, {}, GetParam());
     ASSERT_GT(whole.pairs.size(), 20U);
     for (std::int64_t budget = 0; budget < 2 * whole.work.work(); budget += 97) {
-        const ContactSet contacts = answer(world, {{"work_budget", std::to_string(budget)}});
+        const ContactSet contacts = answer(world, {{"work_budget", std::to_string(budget)}}, GetParam());
         EXPECT_LE(contacts.work.work(), budget);
         EXPECT_TRUE(
             std::includes(whole.pairs.begin(), whole.pairs.end(), contacts.pairs.begin(), contacts.pairs.end()));
@@ -450,12 +403,25 @@ TEST(OhcLimits, WorkStaysWithinTheBudgetAndTheCutIsReported) {
             EXPECT_EQ(contacts.pairs, whole.pairs) << "cut without a word at " << budget;
         }
     }
-    EXPECT_FALSE(answer(world, {{"work_budget", std::to_string(4 * whole.work.work())}}).truncated);
+    EXPECT_FALSE(answer(world, {{"work_budget", std::to_string(4 * whole.work.work())}}, GetParam()).truncated);
 }
 
+TEST_P(Limits, MaximumOfPairsIsKeptAndReported) {
+    const World world = dipping(0, 20);
+    const Pairs whole = answer(world, {}, GetParam()).pairs;
+    for (const std::size_t most : {std::size_t{0}, std::size_t{1}, std::size_t{7}, whole.size() - 1}) {
+        const ContactSet contacts = answer(world, {{"max_pairs", std::to_string(most)}}, GetParam());
+        EXPECT_EQ(contacts.pairs.size(), most);
+        EXPECT_TRUE(contacts.truncated);
+    }
+    EXPECT_FALSE(answer(world, {{"max_pairs", std::to_string(whole.size() + 1000)}}, GetParam()).truncated);
+}
+
+INSTANTIATE_TEST_SUITE_P(Ohc, Limits, testing::Values("ohc", "ohc_clustered"));
+
 TEST(OhcLimits, PairsOfTheLastTickComeFirst) {
-    const World before = dipping(0);
-    const World after = dipping(1);
+    const World before = dipping(0, 20);
+    const World after = dipping(1, 20);
     const Pairs old_pairs = answer(before).pairs;
     const Pairs new_pairs = answer(after).pairs;
     Pairs lasting;
@@ -465,12 +431,8 @@ TEST(OhcLimits, PairsOfTheLastTickComeFirst) {
     ASSERT_LT(lasting.size(), new_pairs.size());
     const auto detector = make_detector("ohc", {{"max_pairs", std::to_string(old_pairs.size())}});
     detector->prepare(before.topology, before.frame);
-    ContactSet contacts;
-    detector->update(before.frame, 0.0);
-    detector->detect(before.frame, contacts);
-    EXPECT_EQ(contacts.pairs, old_pairs);
-    detector->update(after.frame, 0.0);
-    detector->detect(after.frame, contacts);
+    EXPECT_EQ(tick(*detector, before.frame).pairs, old_pairs);
+    const ContactSet contacts = tick(*detector, after.frame);
     EXPECT_LE(contacts.pairs.size(), old_pairs.size());
     EXPECT_TRUE(std::includes(contacts.pairs.begin(), contacts.pairs.end(), lasting.begin(), lasting.end()));
 }
@@ -496,7 +458,7 @@ TEST(OhcLimits, InstrumentsComeBeforeTheCrowd) {
                              [&](const TrianglePair& pair) { return touches_instrument(world, pair); });
     };
     const World world = world_at(0.0);
-    const Pairs all = expected_pairs(world);
+    const Pairs all = pairs_of_oracle(world);
     const auto of_instrument = count_touching(world, all);
     ASSERT_GT(of_instrument, 20);
     ASSERT_GT(static_cast<std::ptrdiff_t>(all.size()), 4 * of_instrument);
@@ -521,16 +483,12 @@ TEST(OhcLimits, InstrumentsComeBeforeTheCrowd) {
     EXPECT_TRUE(seen);
     // Second tick: what lasts of the first answer, whoever it concerns, then the instrument's.
     const World after = world_at(0.004);
-    const Pairs all_after = expected_pairs(after);
+    const Pairs all_after = pairs_of_oracle(after);
     const auto most = static_cast<std::ptrdiff_t>(of_instrument + 40);
     const auto detector = make_detector("ohc", {{"max_pairs", std::to_string(most)}});
     detector->prepare(world.topology, world.frame);
-    ContactSet contacts;
-    detector->update(world.frame, 0.0);
-    detector->detect(world.frame, contacts);
-    const Pairs first = contacts.pairs;
-    detector->update(after.frame, 0.0);
-    detector->detect(after.frame, contacts);
+    const Pairs first = tick(*detector, world.frame).pairs;
+    const ContactSet contacts = tick(*detector, after.frame);
     Pairs lasting;
     std::set_intersection(first.begin(), first.end(), all_after.begin(), all_after.end(), std::back_inserter(lasting));
     EXPECT_TRUE(std::includes(contacts.pairs.begin(), contacts.pairs.end(), lasting.begin(), lasting.end()));
@@ -542,27 +500,16 @@ TEST(OhcLimits, InstrumentsComeBeforeTheCrowd) {
               std::min(static_cast<std::ptrdiff_t>(added.size()), static_cast<std::ptrdiff_t>(new_of_instrument)));
 }
 
-TEST(OhcLimits, MaximumOfPairsIsKeptAndReported) {
-    const World world = dipping(0);
-    const Pairs whole = answer(world).pairs;
-    for (const std::size_t most : {std::size_t{0}, std::size_t{1}, std::size_t{7}, whole.size() - 1}) {
-        const ContactSet contacts = answer(world, {{"max_pairs", std::to_string(most)}});
-        EXPECT_EQ(contacts.pairs.size(), most);
-        EXPECT_TRUE(contacts.truncated);
-    }
-    EXPECT_FALSE(answer(world, {{"max_pairs", std::to_string(whole.size() + 1000)}}).truncated);
-}
-
 class OwnDetectors : public testing::TestWithParam<std::string> {};
 
 TEST_P(OwnDetectors, AllocateNothingAfterTheFirstTicks) {
     if (allocation_count() < 0) GTEST_SKIP() << "a sanitizer has replaced the allocator: nothing is counted";
-    const World world = dipping(0);
+    const World world = dipping(0, 20);
     const auto detector = make_detector(GetParam());
     detector->prepare(world.topology, world.frame);
     ContactSet contacts;
     std::vector<Frame> frames;
-    for (int tick = 0; tick < 12; ++tick) frames.push_back(dipping(tick % 4).frame);
+    for (int tick = 0; tick < 12; ++tick) frames.push_back(dipping(tick % 4, 20).frame);
     std::int64_t before = 0;
     for (std::size_t tick = 0; tick < frames.size(); ++tick) {
         if (tick == 8) before = allocation_count();

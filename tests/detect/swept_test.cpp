@@ -6,18 +6,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <map>
 
+#include "detect/answers.hpp"
 #include "geometry/continuous.hpp"
 #include "geometry/exact.hpp"
 #include "measure/allocations.hpp"
-#include "method/registry.hpp"
-#include "support/shapes.hpp"
 
 namespace trocar::test {
 namespace {
-
-using Settings = std::map<std::string, std::string>;
 
 MovingTriangle moving(const World& world, Index triangle) {
     MovingTriangle result;
@@ -54,12 +50,7 @@ std::vector<SweptContact> expected_beginnings(const World& world) {
 
 ContactSet answer(const World& world, const std::string& name, Settings settings = {}) {
     settings.emplace("swept", "on");
-    const auto detector = make_detector(name, settings);
-    detector->prepare(world.topology, world.frame);
-    ContactSet contacts;
-    detector->update(world.frame, 0.0);
-    detector->detect(world.frame, contacts);
-    return contacts;
+    return first_answer(name, world, settings);
 }
 
 ContactSet plain_answer(const World& world, const std::string& name) { return answer(world, name, {{"swept", "off"}}); }
@@ -129,14 +120,9 @@ TEST_P(Swept, ReportsEveryPairThatBeginsAndNoOther) {
 }
 
 TEST_P(Swept, IsOffByDefaultAndSilentWhenNothingMoves) {
-    World world = fast_scenes().front();
-    const auto detector = make_detector(GetParam(), {});
-    detector->prepare(world.topology, world.frame);
-    ContactSet contacts;
-    detector->update(world.frame, 0.0);
-    detector->detect(world.frame, contacts);
-    EXPECT_TRUE(contacts.swept.empty());
-    world = make_world("rest", {{BodyKind::instrument, sphere(0.01, 8)}, {BodyKind::tissue, sheet(0.08, 8)}});
+    EXPECT_TRUE(first_answer(GetParam(), fast_scenes().front()).swept.empty());
+    const World world =
+        make_world("rest", {{BodyKind::instrument, sphere(0.01, 8)}, {BodyKind::tissue, sheet(0.08, 8)}});
     const ContactSet resting = answer(world, GetParam());
     EXPECT_FALSE(resting.pairs.empty());
     EXPECT_TRUE(resting.swept.empty());
@@ -157,16 +143,12 @@ TEST_P(Swept, PreparedAgainForgetsTheFrameBefore) {
     World world = fast_scenes().front();
     const auto detector = make_detector(GetParam(), {{"swept", "on"}});
     detector->prepare(world.topology, world.frame);
-    ContactSet contacts;
-    detector->update(world.frame, 0.0);
-    detector->detect(world.frame, contacts);
-    ASSERT_FALSE(contacts.swept.empty());
-    const std::vector<TrianglePair> pairs = contacts.pairs;
+    const ContactSet before = tick(*detector, world.frame);
+    ASSERT_FALSE(before.swept.empty());
     world.frame.previous = Matrix3X();
     detector->prepare(world.topology, world.frame);
-    detector->update(world.frame, 0.0);
-    detector->detect(world.frame, contacts);
-    EXPECT_EQ(contacts.pairs, pairs);
+    const ContactSet contacts = tick(*detector, world.frame);
+    EXPECT_EQ(contacts.pairs, before.pairs);
     EXPECT_TRUE(contacts.swept.empty());
 }
 

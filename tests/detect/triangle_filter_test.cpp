@@ -9,6 +9,7 @@
 #include <random>
 
 #include "detect/narrow_phase.hpp"
+#include "detect/triangle_batch.hpp"
 #include "geometry/exact.hpp"
 #include "geometry/triangle_families.hpp"
 #include "support/data.hpp"
@@ -55,14 +56,7 @@ struct PairWorld {
 
 TriangleBatch batch_of(const Corners& a, const Corners& b) {
     TriangleBatch batch{};
-    for (std::size_t k = 0; k < 3; ++k) {
-        const auto axis = static_cast<Eigen::Index>(k);
-        batch.u1[k].fill(static_cast<float>(a[1][axis] - a[0][axis]));
-        batch.v1[k].fill(static_cast<float>(a[2][axis] - a[0][axis]));
-        batch.u2[k].fill(static_cast<float>(b[1][axis] - b[0][axis]));
-        batch.v2[k].fill(static_cast<float>(b[2][axis] - b[0][axis]));
-        batch.w[k].fill(static_cast<float>(a[0][axis] - b[0][axis]));
-    }
+    for (std::size_t lane = 0; lane < TriangleBatch::most; ++lane) put({a, b}, lane, batch);
     return batch;
 }
 
@@ -275,9 +269,7 @@ TEST_P(TriangleFilterData, NeverErrsOnTheFamilies) {
     hold_against_truth(pairs);
 }
 
-INSTANTIATE_TEST_SUITE_P(Families, TriangleFilterData,
-                         testing::Values("random", "lattice", "near_coplanar", "sliver", "huge_offset", "tiny",
-                                         "shared", "coplanar", "needle_ulp", "degenerate"),
+INSTANTIATE_TEST_SUITE_P(Families, TriangleFilterData, testing::ValuesIn(data_families),
                          [](const auto& family) { return std::string(family.param); });
 
 }  // namespace

@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "support/base64.hpp"
+
 namespace trocar::test {
 
 struct XmlElement {
@@ -95,26 +97,6 @@ private:
     const std::string& text_;
     std::size_t at_ = 0;
 };
-
-inline std::string from_base64(const std::string& text) {
-    if (text.size() % 4 != 0) throw std::runtime_error("base64 that is no multiple of four");
-    std::string bytes;
-    const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    for (std::size_t i = 0; i < text.size(); i += 4) {
-        std::uint32_t three = 0;
-        std::size_t filled = 0;
-        for (std::size_t j = 0; j < 4; ++j) {
-            const std::size_t digit = digits.find(text[i + j]);
-            if (digit == std::string::npos && (text[i + j] != '=' || i + 4 != text.size())) {
-                throw std::runtime_error("no base64");
-            }
-            three = three * 64 + (digit == std::string::npos ? 0 : static_cast<std::uint32_t>(digit));
-            filled += digit == std::string::npos ? 0 : 1;
-        }
-        for (std::size_t j = 0; j + 1 < filled; ++j) bytes += static_cast<char>(three >> (16 - 8 * j) & 0xffU);
-    }
-    return bytes;
-}
 
 /// Values of an inline binary array; its own head must state its size.
 template <typename Value>

@@ -70,10 +70,8 @@ TEST(VertexFace, FaceThatCollapsesToASegmentIsMetThere) {
 TEST(VertexFace, TwoPassesReportTheFirst) {
     // The face's corner swings: coplanar twice, z = (1 - 4t)(…): the vertex rises and the face tilts past it.
     const MovingTriangle tilting{still({-4, -4, 0}), still({4, -4, 0}), moving({0, 4, 8}, {0, 4, -8})};
-    const std::optional<double> time = first_contact(moving({0, 0, 1}, {0, 0, 1}), tilting);
-    ASSERT_TRUE(time);
-    EXPECT_NEAR(*time, 0.375, 1e-15);  // height of the face over the origin is 4 (1 - 2t), 1 at t = 3/8
-    EXPECT_EQ(*time, 0.375);
+    // Height of the face over the origin is 4 (1 - 2t), 1 at t = 3/8.
+    EXPECT_EQ(first_contact(still({0, 0, 1}), tilting), 0.375);
 }
 
 TEST(EdgeEdge, CrossesAtTheKnownTime) {
@@ -123,7 +121,6 @@ public:
     explicit LatticeMotion(std::uint64_t seed) : random_(seed) {}
     MovingPoint point() { return {corner(), corner()}; }
     MovingTriangle triangle() { return {point(), point(), point()}; }
-    MovingEdge edge() { return {point(), point()}; }
     /// Flattened: all motion in the plane z = 0.
     static void flatten(const std::vector<MovingPoint*>& points) {
         for (MovingPoint* p : points) p->start.z() = p->end.z() = 0.0;
@@ -178,36 +175,27 @@ void expect_consistent(const MovingTriangle& first, const MovingTriangle& second
     ASSERT_LT(distance(place(first, *time), place(second, *time)), 0.35);
 }
 
-TEST(VertexFace, SeesEveryContactThatSamplesOfTheMotionSee) {
-    LatticeMotion motion(1);
-    int hits = 0;
-    for (int n = 0; n < 1500; ++n) {
-        MovingPoint vertex = motion.point();
-        MovingTriangle triangle = motion.triangle();
-        if (n % 3 == 0) LatticeMotion::flatten({&vertex, &triangle[0], &triangle[1], &triangle[2]});
-        const std::optional<double> time = first_contact(vertex, triangle);
-        hits += time ? 1 : 0;
-        expect_consistent({vertex, vertex, vertex}, triangle, time);
-        if (HasFatalFailure()) return;
+TEST(FirstContact, OfAVertexAndAFaceAndOfTwoEdgesIsSeenWhereSamplesOfTheMotionSeeIt) {
+    for (const bool edges : {false, true}) {
+        LatticeMotion motion(edges ? 2 : 1);
+        int hits = 0;
+        for (int n = 0; n < 1500; ++n) {
+            std::array<MovingPoint, 4> p;
+            for (MovingPoint& point : p) point = motion.point();
+            if (n % 3 == 0) LatticeMotion::flatten({&p[0], &p[1], &p[2], &p[3]});
+            const std::optional<double> time = edges ? first_contact(MovingEdge{p[0], p[1]}, MovingEdge{p[2], p[3]})
+                                                     : first_contact(p[0], MovingTriangle{p[1], p[2], p[3]});
+            hits += time ? 1 : 0;
+            if (edges) {
+                expect_consistent({p[0], p[1], p[1]}, {p[2], p[3], p[3]}, time);
+            } else {
+                expect_consistent({p[0], p[0], p[0]}, {p[1], p[2], p[3]}, time);
+            }
+            if (HasFatalFailure()) return;
+        }
+        EXPECT_GT(hits, 100) << edges;
+        EXPECT_LT(hits, 1400) << edges;
     }
-    EXPECT_GT(hits, 100);
-    EXPECT_LT(hits, 1400);
-}
-
-TEST(EdgeEdge, SeesEveryContactThatSamplesOfTheMotionSee) {
-    LatticeMotion motion(2);
-    int hits = 0;
-    for (int n = 0; n < 1500; ++n) {
-        MovingEdge first = motion.edge();
-        MovingEdge second = motion.edge();
-        if (n % 3 == 0) LatticeMotion::flatten({&first[0], &first[1], &second[0], &second[1]});
-        const std::optional<double> time = first_contact(first, second);
-        hits += time ? 1 : 0;
-        expect_consistent({first[0], first[1], first[1]}, {second[0], second[1], second[1]}, time);
-        if (HasFatalFailure()) return;
-    }
-    EXPECT_GT(hits, 100);
-    EXPECT_LT(hits, 1400);
 }
 
 TEST(MovingTriangles, VerdictIsTheSameBackwardsExchangedAndReordered) {

@@ -320,9 +320,7 @@ TEST_P(TritriData, AllVerdictsAndClassesAreExact) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Families, TritriData,
-                         testing::Values("random", "lattice", "near_coplanar", "sliver", "huge_offset", "tiny",
-                                         "shared", "coplanar", "needle_ulp", "degenerate"),
+INSTANTIATE_TEST_SUITE_P(Families, TritriData, testing::ValuesIn(test::data_families),
                          [](const auto& family) { return std::string(family.param); });
 
 }  // namespace

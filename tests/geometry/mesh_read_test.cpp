@@ -11,6 +11,7 @@
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
 #include "support/program.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
@@ -19,20 +20,10 @@ using Corners3 = std::vector<std::array<Index, 3>>;
 
 class MeshRead : public testing::Test {
 protected:
-    std::filesystem::path write(const std::string& name, const std::string& bytes) {
-        const std::filesystem::path file = folder_.path() / name;
-        std::ofstream(file, std::ios::binary) << bytes;
-        return file;
-    }
-    Mesh read(const std::string& name, const std::string& bytes) { return read_mesh(write(name, bytes)); }
+    Mesh read(const std::string& name, const std::string& bytes) { return read_mesh(folder_.write(name, bytes)); }
     /// Message of the InputError, "" when there is none.
     std::string refusal(const std::string& name, const std::string& bytes) {
-        try {
-            read(name, bytes);
-        } catch (const InputError& error) {
-            return error.what();
-        }
-        return "";
+        return test::complaint_of([&] { read(name, bytes); });
     }
     /// Every message is one line that names the file and holds what is expected here.
     void expect_refused(const std::string& name, const std::string& bytes, const std::string& part) {
@@ -516,13 +507,8 @@ TEST_F(MeshRead, ExtensionDecidesAndAnUnknownOneLeavesItToTheContent) {
 }
 
 TEST_F(MeshRead, MissingFileAndFolderAreNamed) {
-    EXPECT_THROW(read_mesh(folder_.path() / "nowhere.stl"), InputError);
-    try {
-        read_mesh(folder_.path() / "nowhere.stl");
-    } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find("nowhere.stl: expected a mesh file, got no such file"),
-                  std::string::npos);
-    }
+    test::expect_holds(test::complaint_of([this] { read_mesh(folder_.path() / "nowhere.stl"); }),
+                       {"nowhere.stl: expected a mesh file, got no such file"});
     EXPECT_THROW(read_mesh(folder_.path()), InputError);
 }
 

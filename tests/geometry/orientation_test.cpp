@@ -8,25 +8,24 @@
 
 #include "geometry/mesh_file.hpp"
 #include "support/data.hpp"
+#include "support/meshes.hpp"
 
 namespace trocar {
 namespace {
 
-using List = std::vector<std::array<Index, 3>>;
-
-const List cube_triangles{{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
-                          {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+using test::cube_faces;
+using test::Faces;
 
 struct Surface {
     Matrix3X vertices = Matrix3X(3, 0);
-    List triangles;
+    Faces triangles;
 
     /// Adds a cube, its triangles turned round where asked.
     Surface& cube(const Vector3& low, double edge, bool turned = false) {
         const auto first = static_cast<Index>(vertices.cols());
         vertices.conservativeResize(Eigen::NoChange, first + 8);
-        for (int i = 0; i < 8; ++i) vertices.col(first + i) = low + edge * Vector3(i & 1, (i >> 1) & 1, (i >> 2) & 1);
-        for (auto t : cube_triangles) {
+        vertices.rightCols<8>() = test::matrix_of(test::cube_points(low, Vector3::Constant(edge)));
+        for (auto t : cube_faces) {
             for (Index& v : t) v += first;
             if (turned) std::swap(t[1], t[2]);
             triangles.push_back(t);
@@ -37,14 +36,7 @@ struct Surface {
         std::swap(triangles[t][1], triangles[t][2]);
         return *this;
     }
-    [[nodiscard]] Triangles matrix() const {
-        Triangles result(3, static_cast<Eigen::Index>(triangles.size()));
-        for (std::size_t t = 0; t < triangles.size(); ++t) {
-            for (int k = 0; k < 3; ++k)
-                result(k, static_cast<Eigen::Index>(t)) = triangles[t][static_cast<std::size_t>(k)];
-        }
-        return result;
-    }
+    [[nodiscard]] Triangles matrix() const { return test::matrix_of(triangles); }
     [[nodiscard]] OrientationReport report() const { return orientation_of(vertices, matrix()); }
 };
 
@@ -57,7 +49,7 @@ TEST(MeshOrientation, ACubeIsRight) {
 }
 
 TEST(MeshOrientation, OneTurnedTriangleIsNamedWithItsThreeEdges) {
-    for (std::size_t t = 0; t < cube_triangles.size(); ++t) {
+    for (std::size_t t = 0; t < cube_faces.size(); ++t) {
         const OrientationReport report = Surface().cube({1, 2, 3}, 2.0).turn(t).report();
         EXPECT_EQ(report.disagreeing_edges, 3);
         EXPECT_EQ(report.to_turn, std::vector<Index>{static_cast<Index>(t)});

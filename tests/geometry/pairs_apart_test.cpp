@@ -10,47 +10,32 @@
 #include <utility>
 
 #include "geometry/exact.hpp"
+#include "support/meshes.hpp"
 #include "support/random_vectors.hpp"
 
 namespace trocar {
 namespace {
 
-struct TriangleHeap {
-    Matrix3X vertices;
-    Triangles triangles;
-    [[nodiscard]] Index count() const { return static_cast<Index>(triangles.cols()); }
-    [[nodiscard]] Corners corners(Index t) const {
-        return {vertices.col(triangles(0, t)), vertices.col(triangles(1, t)), vertices.col(triangles(2, t))};
-    }
-};
-
-TriangleHeap heap_of(const std::vector<Vector3>& points, const std::vector<std::array<Index, 3>>& faces) {
-    TriangleHeap heap;
-    heap.vertices.resize(3, static_cast<Eigen::Index>(points.size()));
-    heap.triangles.resize(3, static_cast<Eigen::Index>(faces.size()));
-    for (std::size_t i = 0; i < points.size(); ++i) heap.vertices.col(static_cast<Eigen::Index>(i)) = points[i];
-    for (std::size_t i = 0; i < faces.size(); ++i)
-        heap.triangles.col(static_cast<Eigen::Index>(i)) << faces[i][0], faces[i][1], faces[i][2];
-    return heap;
-}
+using test::Faces;
+using test::TriangleMesh;
 
 /// A cone and the fan that closes it below: all boxes of either overlap those of the other.
-TriangleHeap cone(Index sides) {
+TriangleMesh cone(Index sides) {
     std::vector<Vector3> points{{0, 0, 1}, {0, 0, 0}};
-    std::vector<std::array<Index, 3>> faces;
+    Faces faces;
     for (Index s = 0; s < sides; ++s) {
         const double angle = 2.0 * std::numbers::pi * s / sides;
         points.emplace_back(std::cos(angle), std::sin(angle), 0.0);
         faces.push_back({0, 2 + s, 2 + (s + 1) % sides});
         faces.push_back({1, 2 + (s + 1) % sides, 2 + s});
     }
-    return heap_of(points, faces);
+    return {points, faces};
 }
 
 /// A flat fan whose triangles have each a centre of their own, all but at one place.
-TriangleHeap flat_fan(Index sides) {
+TriangleMesh flat_fan(Index sides) {
     std::vector<Vector3> points;
-    std::vector<std::array<Index, 3>> faces;
+    Faces faces;
     for (Index s = 0; s < sides; ++s) {
         const double from = 2.0 * std::numbers::pi * s / sides;
         const double to = 2.0 * std::numbers::pi * (s + 1) / sides;
@@ -58,29 +43,29 @@ TriangleHeap flat_fan(Index sides) {
                                      Vector3(std::cos(to), std::sin(to), 0.25)});
         faces.push_back({3 * s, 3 * s + 1, 3 * s + 2});
     }
-    return heap_of(points, faces);
+    return {points, faces};
 }
 
 /// Corners on a coarse lattice: degenerate, coplanar and repeated triangles among them.
-TriangleHeap lattice_heap(std::mt19937_64& random, Index count, Index vertices) {
+TriangleMesh lattice_heap(std::mt19937_64& random, Index count, Index vertices) {
     std::uniform_int_distribution<int> place(0, 3);
     std::uniform_int_distribution<Index> number(0, vertices - 1);
     std::vector<Vector3> points;
     for (Index v = 0; v < vertices; ++v) points.push_back(test::random_vector(place, random));
-    std::vector<std::array<Index, 3>> faces;
+    Faces faces;
     while (static_cast<Index>(faces.size()) < count) {
         const std::array<Index, 3> c{number(random), number(random), number(random)};
         if (c[0] != c[1] && c[1] != c[2] && c[2] != c[0]) faces.push_back(c);
     }
-    return heap_of(points, faces);
+    return {points, faces};
 }
 
 /// Needles in bundles, and some triangles across them.
-TriangleHeap needles_and_faces(std::mt19937_64& random, Index count) {
+TriangleMesh needles_and_faces(std::mt19937_64& random, Index count) {
     std::uniform_real_distribution<double> place(-1.0, 1.0);
     const auto anywhere = [&] { return test::random_vector(place, random); };
     std::vector<Vector3> points;
-    std::vector<std::array<Index, 3>> faces;
+    Faces faces;
     const Vector3 along = anywhere();
     for (Index t = 0; t < count; ++t) {
         const Vector3 p = anywhere();
@@ -89,17 +74,17 @@ TriangleHeap needles_and_faces(std::mt19937_64& random, Index count) {
         points.insert(points.end(), {p, q, r});
         faces.push_back({3 * t, 3 * t + 1, 3 * t + 2});
     }
-    return heap_of(points, faces);
+    return {points, faces};
 }
 
-bool share_a_vertex(const TriangleHeap& heap, Index s, Index t) {
+bool share_a_vertex(const TriangleMesh& heap, Index s, Index t) {
     for (int i = 0; i < 9; ++i) {
         if (heap.triangles(i / 3, s) == heap.triangles(i % 3, t)) return true;
     }
     return false;
 }
 
-bool have_one_plane(const TriangleHeap& heap, Index s, Index t) {
+bool have_one_plane(const TriangleMesh& heap, Index s, Index t) {
     const Corners first = heap.corners(s);
     const Corners second = heap.corners(t);
     if (oracle_class(first, second) == PairClass::degenerate) return false;
@@ -109,21 +94,21 @@ bool have_one_plane(const TriangleHeap& heap, Index s, Index t) {
 
 TEST(PairsApart, AreAllThatMeetWithoutACommonVertexOrPlane) {
     std::mt19937_64 random(4);
-    std::vector<TriangleHeap> heaps{cone(40), flat_fan(40)};
+    std::vector<TriangleMesh> heaps{cone(40), flat_fan(40)};
     for (int round = 0; round < 4; ++round) {
         heaps.push_back(lattice_heap(random, 120, 40));
         heaps.push_back(lattice_heap(random, 120, 300));
         heaps.push_back(needles_and_faces(random, 150));
         heaps.push_back(cone(30));
-        heaps.back().vertices += 0.02 * Matrix3X::Random(3, heaps.back().vertices.cols());
+        heaps.back().position += 0.02 * Matrix3X::Random(3, heaps.back().position.cols());
     }
     heaps.push_back(lattice_heap(random, 1, 9));
-    heaps.push_back(heap_of({}, {}));
+    heaps.push_back(TriangleMesh({}, {}));
     std::int64_t meeting = 0;
     std::int64_t reported = 0;
-    for (const TriangleHeap& heap : heaps) {
+    for (const TriangleMesh& heap : heaps) {
         std::set<std::pair<Index, Index>> pairs;
-        PairsApart(heap.vertices, heap.triangles).for_each([&](Index s, Index t) {
+        PairsApart(heap.position, heap.triangles).for_each([&](Index s, Index t) {
             EXPECT_TRUE(pairs.insert(std::minmax(s, t)).second);
             EXPECT_FALSE(share_a_vertex(heap, s, t));
             return true;
@@ -143,9 +128,9 @@ TEST(PairsApart, AreAllThatMeetWithoutACommonVertexOrPlane) {
 }
 
 /// Pairs of nodes examined, and pairs of triangles reported.
-std::array<std::int64_t, 2> work_of(const TriangleHeap& heap) {
+std::array<std::int64_t, 2> work_of(const TriangleMesh& heap) {
     std::int64_t reported = 0;
-    const std::int64_t examined = PairsApart(heap.vertices, heap.triangles).for_each([&](Index, Index) {
+    const std::int64_t examined = PairsApart(heap.position, heap.triangles).for_each([&](Index, Index) {
         ++reported;
         return true;
     });
@@ -170,7 +155,7 @@ TEST(PairsApart, OfALineAreNoneAndItsHalvesAreSearchedAtOnceWhateverTheirOrder) 
     // 2 n - 1 nodes against themselves, and the two halves of n - 1 of them, which lie apart, against each other.
     constexpr Index count = 1000;
     std::vector<Vector3> points;
-    std::vector<std::array<Index, 3>> faces;
+    Faces faces;
     for (Index t = 0; t < count; ++t) {
         const Vector3 x(t, 0.0, 0.0);
         points.insert(points.end(), {x, Vector3(x + Vector3(0.5, 0.0, 0.0)), Vector3(x + Vector3(0.0, 0.5, 0.25))});
@@ -178,13 +163,13 @@ TEST(PairsApart, OfALineAreNoneAndItsHalvesAreSearchedAtOnceWhateverTheirOrder) 
     }
     std::mt19937_64 random(12);
     for (int order = 0; order < 3; ++order) {
-        const TriangleHeap heap = heap_of(points, faces);
+        const TriangleMesh heap(points, faces);
         std::int64_t reported = 0;
         const auto report = [&reported](Index, Index) {
             ++reported;
             return true;
         };
-        EXPECT_EQ(PairsApart(heap.vertices, heap.triangles).for_each(report, true), 3 * count - 2) << order;
+        EXPECT_EQ(PairsApart(heap.position, heap.triangles).for_each(report, true), 3 * count - 2) << order;
         EXPECT_EQ(reported, 0) << order;
         std::shuffle(faces.begin(), faces.end(), random);
     }
@@ -210,9 +195,9 @@ TEST(PairsApart, OfNeedlesSideBySideAreThoseWhoseOwnBoxesOverlap) {
             std::vector<Vector3> points{{0.0, 0.0, 0.0}, {8.0, 0.0, 0.0}, {4.0, 0.25, 0.0}};
             for (std::size_t k = 0; k < 3; ++k) points.push_back(Vector3(points[k] + move.by));
             for (Vector3& point : points) point = Vector3(axes * point);
-            const TriangleHeap heap = heap_of(points, {{0, 1, 2}, {3, 4, 5}});
+            const TriangleMesh heap(points, {{0, 1, 2}, {3, 4, 5}});
             int reported = 0;
-            PairsApart(heap.vertices, heap.triangles)
+            PairsApart(heap.position, heap.triangles)
                 .for_each(
                     [&reported](Index, Index) {
                         ++reported;

@@ -47,6 +47,10 @@ inline std::vector<KnownPair> read_pairs(const std::filesystem::path& file) {
     return pairs;
 }
 
+/// The files of the data.
+inline const std::vector<const char*> data_families{"random", "lattice", "near_coplanar", "sliver",     "huge_offset",
+                                                    "tiny",   "shared",  "coplanar",      "needle_ulp", "degenerate"};
+
 /// Corners on the lattice {0, …, size-1}^3 times `step` plus `offset`.
 inline TrianglePairCase lattice_pair(std::mt19937_64& random, int size, double step = 1.0, double offset = 0.0) {
     std::uniform_int_distribution<int> coordinate(0, size - 1);

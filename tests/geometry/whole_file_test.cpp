@@ -10,6 +10,7 @@
 
 #include "geometry/input_error.hpp"
 #include "support/program.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
@@ -21,16 +22,6 @@ protected:
     const test::TemporaryFolder place_;
     const std::filesystem::path folder_ = place_.path();
 };
-
-template <typename Call>
-std::string fault_of(Call call) {
-    try {
-        call();
-    } catch (const InputError& error) {
-        return error.what();
-    }
-    return "no fault";
-}
 
 TEST_F(WholeFile, ComesBackByteForByteAndOverAnOlderOne) {
     const std::string bytes("a\r\n\0b", 5);
@@ -66,24 +57,24 @@ TEST_F(WholeFile, ALineThatDoesNotEndIsRefusedBeforeItTakesAllMemory) {
     std::filesystem::resize_file(folder_ / "endless", 20'000'000'000);  // takes no room on the disk
     std::ifstream stream = open_input(folder_ / "endless", "lines");
     std::string line;
-    EXPECT_EQ(fault_of([&] { (void)read_line(stream, line, "endless, line 1"); }),
+    EXPECT_EQ(test::complaint_of([&] { (void)read_line(stream, line, "endless, line 1"); }),
               "endless, line 1: expected at most 24 MB of a line (--large lifts this), got more");
     EXPECT_LT(line.size(), 25'000'000U);
 }
 
 TEST_F(WholeFile, AFolderOrNothingIsNoFile) {
-    EXPECT_EQ(fault_of([this] { (void)read_whole(folder_ / "inner", "a study file"); }),
+    EXPECT_EQ(test::complaint_of([this] { (void)read_whole(folder_ / "inner", "a study file"); }),
               (folder_ / "inner").string() + ": expected a study file, got a folder");
-    EXPECT_EQ(fault_of([this] { (void)read_whole(folder_ / "none", "a study file"); }),
+    EXPECT_EQ(test::complaint_of([this] { (void)read_whole(folder_ / "none", "a study file"); }),
               (folder_ / "none").string() + ": expected a study file, got no such file");
 }
 
 TEST_F(WholeFile, WhatMayNeverEndIsNotOpened) {
     const std::filesystem::path pipe = folder_ / "pipe";
     ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
-    EXPECT_EQ(fault_of([&] { (void)open_input(pipe, "a mesh file"); }),
+    EXPECT_EQ(test::complaint_of([&] { (void)open_input(pipe, "a mesh file"); }),
               pipe.string() + ": expected a mesh file, got a pipe");
-    EXPECT_EQ(fault_of([&] { (void)open_input("/dev/zero", "a mesh file"); }),
+    EXPECT_EQ(test::complaint_of([&] { (void)open_input("/dev/zero", "a mesh file"); }),
               "/dev/zero: expected a mesh file, got a device");
 }
 
@@ -144,7 +135,7 @@ TEST_F(WholeFile, DevicesAndPipesAreNotReplacedAndLinksStay) {
     const std::filesystem::path link = folder_ / "link";
     std::filesystem::create_symlink("target", link);
     for (const std::filesystem::path& file : {pipe, device}) {
-        EXPECT_EQ(fault_of([&] { write_whole(file, "text"); }),
+        EXPECT_EQ(test::complaint_of([&] { write_whole(file, "text"); }),
                   file.string() + ": expected a file that can be written, got a device, pipe or socket");
     }
     EXPECT_TRUE(std::filesystem::is_fifo(pipe));
@@ -156,10 +147,10 @@ TEST_F(WholeFile, DevicesAndPipesAreNotReplacedAndLinksStay) {
 
 TEST_F(WholeFile, WhatCannotBeWrittenLeavesNothingBehind) {
     const std::filesystem::path taken = folder_ / "inner";  // a folder cannot be replaced by a file
-    EXPECT_EQ(fault_of([&] { write_whole(taken, "text"); }),
+    EXPECT_EQ(test::complaint_of([&] { write_whole(taken, "text"); }),
               taken.string() + ": expected a file that can be written, got a folder");
     const std::filesystem::path nowhere = folder_ / "none" / "file";
-    EXPECT_EQ(fault_of([&] { write_whole(nowhere, "text"); }),
+    EXPECT_EQ(test::complaint_of([&] { write_whole(nowhere, "text"); }),
               nowhere.string() + ": expected a file that can be written, got No such file or directory");
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), std::filesystem::directory_iterator()), 1);
 }

@@ -3,12 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <map>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
+
+#include "support/program.hpp"
 
 namespace trocar {
 namespace {
@@ -40,10 +40,7 @@ TEST(BroadPhase, IsInDetectorsAlone) {
             const auto extension = entry.path().extension();
             if (extension != ".cpp" && extension != ".hpp") continue;
             ++files;
-            std::ifstream file(entry.path());
-            std::ostringstream text;
-            text << file.rdbuf();
-            const std::set<std::string> here = words_in(text.str());
+            const std::set<std::string> here = words_in(test::read_file(entry.path()));
             if (!here.empty()) found[std::filesystem::relative(entry.path(), source).generic_string()] = here;
         }
     }
@@ -60,10 +57,7 @@ TEST(BroadPhase, IsKnownByItsWords) {
     std::size_t detectors = 0;
     for (const auto& entry :
          std::filesystem::directory_iterator(std::filesystem::path(TROCAR_SOURCE_DIR) / "src/detect")) {
-        std::ifstream file(entry.path());
-        std::ostringstream text;
-        text << file.rdbuf();
-        if (!words_in(text.str()).empty()) ++detectors;
+        if (!words_in(test::read_file(entry.path())).empty()) ++detectors;
     }
     EXPECT_GT(detectors, 5U);
 }

@@ -10,6 +10,8 @@
 #include <sstream>
 #include <string>
 
+#include "support/program.hpp"
+
 namespace trocar {
 namespace {
 
@@ -53,10 +55,7 @@ TEST(Layers, EveryIncludePointsTheAllowedPath) {
             const std::string folder =
                 std::string(root) == "baselines" ? "baselines" : entry.path().parent_path().filename().string();
             ASSERT_TRUE(layers.contains(folder)) << entry.path() << ": folder missing in src/layers.txt";
-            std::ifstream file(entry.path());
-            std::ostringstream text;
-            text << file.rdbuf();
-            for (const std::string& name : forbidden_includes(layers, folder, text.str())) {
+            for (const std::string& name : forbidden_includes(layers, folder, test::read_file(entry.path()))) {
                 ADD_FAILURE() << entry.path() << " may not include " << name << "/";
             }
             ++files;

@@ -4,9 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <fstream>
-#include <iterator>
 #include <string>
 #include <vector>
+
+#include "support/program.hpp"
 
 namespace trocar {
 namespace {
@@ -55,8 +56,7 @@ TEST(Readme, FirstFiguresAreThoseOfThePublishedStudy) {
 }
 
 std::string whole(const std::string& file) {
-    std::ifstream stream(std::string(TROCAR_SOURCE_DIR) + "/" + file);
-    std::string text{std::istreambuf_iterator<char>(stream), {}};
+    std::string text = test::read_file(std::filesystem::path(TROCAR_SOURCE_DIR) / file);
     std::replace(text.begin(), text.end(), '\n', ' ');
     return text;
 }

@@ -6,18 +6,12 @@
 #include <fstream>
 #include <regex>
 #include <set>
-#include <sstream>
 #include <string>
+
+#include "support/program.hpp"
 
 namespace trocar {
 namespace {
-
-std::string text_of(const std::filesystem::path& path) {
-    std::ifstream file(path);
-    std::ostringstream text;
-    text << file.rdbuf();
-    return text.str();
-}
 
 /// Every "Suite.Name" declared under tests; a check of DetectorContract counts by its own name.
 std::set<std::string> declared_tests(const std::filesystem::path& tests) {
@@ -32,10 +26,10 @@ std::set<std::string> declared_tests(const std::filesystem::path& tests) {
     };
     for (const auto& entry : std::filesystem::recursive_directory_iterator(tests)) {
         if (entry.path().extension() != ".cpp") continue;
-        collect(text_of(entry.path()), declaration,
+        collect(test::read_file(entry.path()), declaration,
                 [](const std::smatch& match) { return match[1].str() + "." + match[2].str(); });
     }
-    collect(text_of(tests / "contract/detector_contract_test.cpp"), check,
+    collect(test::read_file(tests / "contract/detector_contract_test.cpp"), check,
             [](const std::smatch& match) { return "DetectorContract." + match[1].str(); });
     return names;
 }

@@ -15,16 +15,15 @@
 #include "measure/permutation.hpp"
 #include "measure/surface_distance.hpp"
 #include "measure/vertical_crossings.hpp"
+#include "support/meshes.hpp"
 #include "support/random_vectors.hpp"
 #include "support/shapes.hpp"
 
 namespace trocar {
 namespace {
 
-struct Shape {
-    std::vector<Vector3> points;
-    std::vector<std::array<Index, 3>> faces;
-};
+using test::Shape;
+using test::sheet;
 
 /// Octahedron split `levels` times and blown up to a ball.
 Shape ball(double radius, int levels) {
@@ -33,41 +32,25 @@ Shape ball(double radius, int levels) {
     for (int level = 0; level < levels; ++level) {
         std::map<std::pair<Index, Index>, Index> middle;
         const auto middle_of = [&](Index a, Index b) {
-            const auto [place, is_new] = middle.try_emplace(std::minmax(a, b), static_cast<Index>(shape.points.size()));
+            const auto [place, is_new] =
+                middle.try_emplace(std::minmax(a, b), static_cast<Index>(shape.vertices.size()));
             if (is_new) {
                 const Vector3 sum =
-                    shape.points[static_cast<std::size_t>(a)] + shape.points[static_cast<std::size_t>(b)];
-                shape.points.push_back(sum.normalized());
+                    shape.vertices[static_cast<std::size_t>(a)] + shape.vertices[static_cast<std::size_t>(b)];
+                shape.vertices.push_back(sum.normalized());
             }
             return place->second;
         };
         std::vector<std::array<Index, 3>> faces;
-        for (const auto& [a, b, c] : shape.faces) {
+        for (const auto& [a, b, c] : shape.triangles) {
             const Index ab = middle_of(a, b);
             const Index bc = middle_of(b, c);
             const Index ca = middle_of(c, a);
             faces.insert(faces.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
         }
-        shape.faces = faces;
+        shape.triangles = faces;
     }
-    for (Vector3& p : shape.points) p *= radius;
-    return shape;
-}
-
-/// Flat square of n × n cells in the plane z = 0, normal up, centred on the origin.
-Shape sheet(double size, int n) {
-    Shape shape;
-    for (int y = 0; y <= n; ++y) {
-        for (int x = 0; x <= n; ++x) shape.points.emplace_back(size * x / n - size / 2, size * y / n - size / 2, 0.0);
-    }
-    for (Index y = 0; y < n; ++y) {
-        for (Index x = 0; x < n; ++x) {
-            const Index a = y * (n + 1) + x;
-            const Index c = a + n + 1;
-            shape.faces.push_back({a, a + 1, c + 1});
-            shape.faces.push_back({a, c + 1, c});
-        }
-    }
+    for (Vector3& p : shape.vertices) p *= radius;
     return shape;
 }
 
@@ -78,38 +61,21 @@ Shape torus(double large, double small, int around, int across) {
             const double u = 2.0 * std::numbers::pi * i / around;
             const double v = 2.0 * std::numbers::pi * j / across;
             const double r = large + small * std::cos(v);
-            shape.points.emplace_back(r * std::cos(u), r * std::sin(u), small * std::sin(v));
+            shape.vertices.emplace_back(r * std::cos(u), r * std::sin(u), small * std::sin(v));
         }
     }
     const auto at = [&](int i, int j) { return static_cast<Index>((i % around) * across + j % across); };
     for (int i = 0; i < around; ++i) {
         for (int j = 0; j < across; ++j) {
-            shape.faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-            shape.faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
+            shape.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
+            shape.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
         }
     }
     return shape;
 }
 
-/// Prism along z with n sides, its corners on a circle of this radius.
-Shape prism(double radius, double height, int n) {
-    Shape shape;
-    for (const double z : {-height / 2, height / 2}) {
-        for (int i = 0; i < n; ++i) {
-            const double angle = 2.0 * std::numbers::pi * i / n;
-            shape.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
-        }
-    }
-    for (Index i = 0; i < n; ++i) {
-        const Index next = (i + 1) % n;
-        shape.faces.push_back({i, next, next + n});
-        shape.faces.push_back({i, next + n, i + n});
-        if (i < 2) continue;
-        shape.faces.push_back({0, i, i - 1});
-        shape.faces.push_back({n, n + i - 1, n + i});
-    }
-    return shape;
-}
+/// Prism along z about the origin with n sides, its corners on a circle of this radius.
+Shape prism(double radius, double height, int n) { return test::shaft(radius, height, n, 1).move({0, 0, -height / 2}); }
 
 Shape points_only(std::vector<Vector3> points) { return {std::move(points), {}}; }
 
@@ -120,26 +86,11 @@ struct World {
     Matrix3X start;
 
     World(const Shape& first, const Shape& second, bool second_closed) {
-        std::vector<Body> bodies;
-        for (const auto& [shape, name, closed] :
-             {std::tuple{&first, "tool", true}, {&second, "other", second_closed}}) {
-            Body body{.name = name, .kind = BodyKind::instrument, .closed = closed};
-            body.vertex_count = static_cast<Index>(shape->points.size());
-            body.triangles.resize(3, static_cast<Eigen::Index>(shape->faces.size()));
-            for (std::size_t i = 0; i < shape->faces.size(); ++i) {
-                for (int corner = 0; corner < 3; ++corner) {
-                    body.triangles(corner, static_cast<Eigen::Index>(i)) =
-                        shape->faces[i][static_cast<std::size_t>(corner)];
-                }
-            }
-            bodies.push_back(body);
-        }
-        topology = make_topology(bodies);
-        start.resize(3, topology.vertex_count);
-        Eigen::Index column = 0;
-        for (const Shape* shape : {&first, &second}) {
-            for (const Vector3& p : shape->points) start.col(column++) = p;
-        }
+        const test::World world = test::make_world(
+            "two",
+            {{BodyKind::instrument, first}, {.kind = BodyKind::instrument, .shape = second, .closed = second_closed}});
+        topology = world.topology;
+        start = world.frame.position;
         place(Vector3::Zero());
     }
     void place(const Vector3& offset, const std::function<Vector3(const Vector3&)>& deform = {}) {
@@ -153,7 +104,20 @@ struct World {
             }
         }
     }
+    void shift_second(const Vector3& by) {
+        place(Vector3::Zero(), [&by](const Vector3& p) { return Vector3(p + by); });
+    }
 };
+
+/// m, of a point to the nearest of some triangles, asked one after the other.
+double distance_one_by_one(const World& world, Range range, const Vector3& p) {
+    double square = std::numeric_limits<double>::infinity();
+    for (Index t = range.first; t < range.end(); ++t) {
+        const Corners c = test::corners_of(world.topology.triangles, world.frame.position, t);
+        square = std::min(square, squared_distance_to_triangle(c[0], c[1], c[2], p));
+    }
+    return std::sqrt(square);
+}
 
 TEST(DepthTruth, SinkingBallReportsTrueDepth) {
     // A fine ball of 10 mm sinks into the tip of a coarse octahedron of 50 mm below it.
@@ -214,7 +178,7 @@ TEST(DepthTruth, SheetThatMovesOverThePointIsTheSameAsThePointMoving) {
                                            {Vector3(0.2, 0, 0.02), 0.0},
                                            {Vector3(0, 0, 0.02), 0.0},
                                            {Vector3(0, 0, 0.004), 0.006}}) {
-        world.place(Vector3::Zero(), [&offset = offset](const Vector3& p) { return Vector3(p + offset); });
+        world.shift_second(offset);
         const DepthTruth::Result result = truth.measure(world.frame);
         EXPECT_NEAR(result.residual_penetration, expected, 1e-15) << offset.transpose();
     }
@@ -241,14 +205,14 @@ TEST(DepthTruth, ToolThroughTheSheetBelongsOnTheDeclaredSide) {
             Shape bar;
             for (const double z : {-0.03, -0.02, -0.005, 0.01}) {
                 for (const auto& [x, y] : {std::pair{0.0, 0.0}, std::pair{0.0015, 0.0}, std::pair{0.0, 0.0015}}) {
-                    bar.points.emplace_back(0.0113 + x, 0.0071 + y, up * z);
+                    bar.vertices.emplace_back(0.0113 + x, 0.0071 + y, up * z);
                 }
             }
             for (Index ring = 0; ring < 3; ++ring) {
                 for (Index i = 0; i < 3; ++i) {
                     const Index j = (i + 1) % 3;
-                    bar.faces.push_back({3 * ring + i, 3 * ring + j, 3 * ring + 3 + i});
-                    bar.faces.push_back({3 * ring + j, 3 * ring + 3 + j, 3 * ring + 3 + i});
+                    bar.triangles.push_back({3 * ring + i, 3 * ring + j, 3 * ring + 3 + i});
+                    bar.triangles.push_back({3 * ring + j, 3 * ring + 3 + j, 3 * ring + 3 + i});
                 }
             }
             World world(bar, sheet(0.1, 10), false);
@@ -299,9 +263,7 @@ TEST(DepthTruth, RimThatHasSlippedPastPointsOfABodyLeavesNothingBeyondTheSheet) 
     // and away above it. At the end nothing meets; on the way the rim alone is inside, by 5 mm less its distance from
     // the middle.
     World world(ball(0.005, 3), sheet(0.01, 20), false);
-    const auto rim_at = [&](double x, double z) {
-        world.place(Vector3::Zero(), [&](const Vector3& p) { return Vector3(p + Vector3(x + 0.005, 0.0003, z)); });
-    };
+    const auto rim_at = [&world](double x, double z) { world.shift_second({x + 0.005, 0.0003, z}); };
     rim_at(0.0055, 0.0012);
     DepthTruth truth(world.topology, world.frame);
     for (const double x : {0.0047, 0.0039, 0.003}) {
@@ -322,9 +284,7 @@ TEST(DepthTruth, RimThatHasSlippedPastPointsOfABodyLeavesNothingBeyondTheSheet) 
 TEST(DepthTruth, RimThatHasSlippedPastMostOfABodyLeavesNothingBeyondEither) {
     // As above, but the rim goes so far in and so low that it passes most points of the ball on its way up.
     World world(ball(0.005, 3), sheet(0.01, 20), false);
-    const auto rim_at = [&](double x, double z) {
-        world.place(Vector3::Zero(), [&](const Vector3& p) { return Vector3(p + Vector3(x + 0.005, 0.0003, z)); });
-    };
+    const auto rim_at = [&world](double x, double z) { world.shift_second({x + 0.005, 0.0003, z}); };
     rim_at(0.0055, -0.0035);
     DepthTruth truth(world.topology, world.frame);
     std::int64_t most_undecided = 0;
@@ -378,11 +338,12 @@ TEST(DepthTruth, TipBeyondAHoleWhoseRimIsInsideTheShaftIsUndecidedAndTheRimHasTh
     // 0.1 mm inside the shaft, and opens again.
     const double radius = 0.002;
     Shape holed = sheet(0.02, 60);
-    std::erase_if(holed.faces, [&](const std::array<Index, 3>& face) {
-        return std::any_of(face.begin(), face.end(),
-                           [&](Index v) { return holed.points[static_cast<std::size_t>(v)].head<2>().norm() < 0.003; });
+    std::erase_if(holed.triangles, [&](const std::array<Index, 3>& face) {
+        return std::any_of(face.begin(), face.end(), [&](Index v) {
+            return holed.vertices[static_cast<std::size_t>(v)].head<2>().norm() < 0.003;
+        });
     });
-    for (Vector3& p : holed.points) {
+    for (Vector3& p : holed.vertices) {
         if (p.norm() < 0.003) p = Vector3(0, 0, -1);  // what the hole leaves over
     }
     World world(prism(radius, 0.06, 48), holed, false);
@@ -422,7 +383,7 @@ TEST(DepthTruth, HookRoundTheRimStartsOnTheRightSide) {
     const auto ring = [&hook](double x, double z) {
         for (const auto& [y, out] :
              {std::pair{0.001, 1.0}, std::pair{-0.001, 1.0}, std::pair{-0.001, -1.0}, std::pair{0.001, -1.0}}) {
-            hook.points.emplace_back(x + 0.0003 * out, y + 0.0007, z * (1.0 + 0.1 * out));
+            hook.vertices.emplace_back(x + 0.0003 * out, y + 0.0007, z * (1.0 + 0.1 * out));
         }
     };
     const std::vector<std::array<double, 2>> spine{{0.03, 0.004},    {0.04, 0.004},  {0.055, 0.0039},
@@ -432,12 +393,13 @@ TEST(DepthTruth, HookRoundTheRimStartsOnTheRightSide) {
         for (Index k = 0; k < 4; ++k) {
             const Index a = 4 * i + k;
             const Index b = 4 * i + (k + 1) % 4;
-            hook.faces.push_back({a, b, b + 4});
-            hook.faces.push_back({a, b + 4, a + 4});
+            hook.triangles.push_back({a, b, b + 4});
+            hook.triangles.push_back({a, b + 4, a + 4});
         }
     }
-    const auto last = static_cast<Index>(hook.points.size()) - 4;
-    hook.faces.insert(hook.faces.end(), {{0, 2, 1}, {0, 3, 2}, {last, last + 1, last + 2}, {last, last + 2, last + 3}});
+    const auto last = static_cast<Index>(hook.vertices.size()) - 4;
+    hook.triangles.insert(hook.triangles.end(),
+                          {{0, 2, 1}, {0, 3, 2}, {last, last + 1, last + 2}, {last, last + 2, last + 3}});
     World world(hook, sheet(0.1, 20), false);
     DepthTruth truth(world.topology, world.frame);
     DepthTruth::Result result = truth.measure(world.frame);
@@ -458,9 +420,7 @@ TEST(DepthTruth, HookRoundTheRimStartsOnTheRightSide) {
 TEST(DepthTruth, PartOfABodyThatIsCutOffIsBeyondTheSheetHoweverTheRimStands) {
     // The same sheet goes up through the ball as a whole: its rim is outside, the ball's top is cut off.
     World world(ball(0.005, 3), sheet(0.03, 20), false);
-    const auto height = [&](double z) {
-        world.place(Vector3::Zero(), [&](const Vector3& p) { return Vector3(p + Vector3(0.0001, 0.0003, z)); });
-    };
+    const auto height = [&world](double z) { world.shift_second({0.0001, 0.0003, z}); };
     height(0.0055);
     DepthTruth truth(world.topology, world.frame);
     for (const double z : {0.0047, 0.0041, 0.0033}) {
@@ -539,7 +499,7 @@ TEST(DepthTruth, EdgeOfASheetThroughAToolIsAsDeepAsItsChord) {
     const double radius = 0.002;
     Shape shaft = prism(radius, 0.1, sides);
     const Eigen::AngleAxisd turn(std::numbers::pi / sides, Vector3::UnitZ());  // a face's middle towards the sheet
-    for (Vector3& p : shaft.points) p = turn * p;
+    for (Vector3& p : shaft.vertices) p = turn * p;
     World world(shaft, sheet(0.1, 20), false);
     world.place({0.06, 0.0025, 0.001});
     DepthTruth truth(world.topology, world.frame, {}, 1);
@@ -572,7 +532,7 @@ TEST(DepthTruth, EdgesInsideAreAsDeepAsEveryPointOfThemSays) {
     for (int trial = 0; trial < 24; ++trial) {
         Shape tool = trial % 2 == 0 ? prism(0.003, 0.06, 7) : torus(0.01, 0.004, 9, 6);
         const Eigen::Quaterniond turn = test::random_turn(unit, random);
-        for (Vector3& p : tool.points) p = turn * p;
+        for (Vector3& p : tool.vertices) p = turn * p;
         World world(tool, ball(0.012, 1), true);
         world.place(0.013 * test::random_vector(unit, random));
         const Topology& topology = world.topology;
@@ -588,14 +548,7 @@ TEST(DepthTruth, EdgesInsideAreAsDeepAsEveryPointOfThemSays) {
                     for (int i = 0; i <= 400; ++i) {
                         const Vector3 x = p + i / 400.0 * (q - p);
                         if (!inside(topology.triangles, into, at, x)) continue;
-                        double square = std::numeric_limits<double>::infinity();
-                        for (Index face = into.first; face < into.end(); ++face) {
-                            square =
-                                std::min(square, squared_distance_to_triangle(at.col(topology.triangles(0, face)),
-                                                                              at.col(topology.triangles(1, face)),
-                                                                              at.col(topology.triangles(2, face)), x));
-                        }
-                        most = std::max(most, std::sqrt(square));
+                        most = std::max(most, distance_one_by_one(world, into, x));
                     }
                 }
             }
@@ -666,7 +619,7 @@ TEST(DepthTruth, TorusHoleIsOutside) {
 
 TEST(DepthTruth, InvertedNormalsDoNotTurnAClosedBodyInsideOut) {
     Shape inside_out = ball(0.02, 2);
-    for (auto& face : inside_out.faces) std::swap(face[0], face[1]);
+    for (auto& face : inside_out.triangles) std::swap(face[0], face[1]);
     World world(points_only({{0, 0, 0}, {0, 0, 0.03}}), inside_out, true);
     DepthTruth truth(world.topology, world.frame);
     truth.measure(world.frame);
@@ -709,7 +662,7 @@ TEST(DepthTruth, OrderOfTheBodiesMakesNoDifferenceAndEverySampleSaysWhereItRides
     // come in their own order, then places on triangles.
     World world(ball(0.005, 3), sheet(0.01, 20), false);
     const auto rim_at = [&](double x, double z) {
-        world.place(Vector3::Zero(), [&](const Vector3& p) { return Vector3(p + Vector3(x + 0.005, 0.0003, z)); });
+        world.shift_second({x + 0.005, 0.0003, z});
         world.frame.previous = world.frame.position;
         world.frame.velocity = Matrix3X::Zero(3, world.frame.position.cols());
     };
@@ -807,14 +760,8 @@ TEST(SurfaceDistance, TreeAgreesWithEveryTriangle) {
     tree.refit(world.topology.triangles, world.frame.position);
     for (int i = 0; i < 300; ++i) {
         const Vector3 p = test::random_vector(uniform, random);
-        double best = 1e9;
-        for (Index t = 0; t < world.topology.triangle_count(); ++t) {
-            const auto corners = world.topology.triangles.col(t);
-            best = std::min(best, squared_distance_to_triangle(world.frame.position.col(corners[0]),
-                                                               world.frame.position.col(corners[1]),
-                                                               world.frame.position.col(corners[2]), p));
-        }
-        EXPECT_EQ(tree.distance(world.topology.triangles, world.frame.position, p), std::sqrt(best));
+        EXPECT_EQ(tree.distance(world.topology.triangles, world.frame.position, p),
+                  distance_one_by_one(world, world.topology.bodies[1].triangles, p));
     }
 }
 
@@ -829,14 +776,9 @@ TEST(SurfaceDistance, PreparedAnewItIsOfTheNewTrianglesAlone) {
         tree.prepare(world.topology.triangles, range, world.frame.position);
         for (int i = 0; i < 20; ++i) {
             const Vector3 p = test::random_vector(uniform, random);
-            double best = std::numeric_limits<double>::infinity();
-            for (Index t = range.first; t < range.end(); ++t) {
-                const auto corners = world.topology.triangles.col(t);
-                best = std::min(best, squared_distance_to_triangle(world.frame.position.col(corners[0]),
-                                                                   world.frame.position.col(corners[1]),
-                                                                   world.frame.position.col(corners[2]), p));
-            }
-            EXPECT_DOUBLE_EQ(tree.distance(world.topology.triangles, world.frame.position, p), std::sqrt(best)) << body;
+            EXPECT_DOUBLE_EQ(tree.distance(world.topology.triangles, world.frame.position, p),
+                             distance_one_by_one(world, range, p))
+                << body;
         }
     }
 }
@@ -844,10 +786,10 @@ TEST(SurfaceDistance, PreparedAnewItIsOfTheNewTrianglesAlone) {
 TEST(SurfaceDistance, OfTrianglesAtOnePlaceIsThatOfOne) {
     Shape copies;
     for (Index i = 0; i < 8; ++i) {
-        copies.points.emplace_back(0.0, 0.0, 1.0);
-        copies.points.emplace_back(3.0, 0.0, 1.0);
-        copies.points.emplace_back(0.0, 4.0, 1.0);
-        copies.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+        copies.vertices.emplace_back(0.0, 0.0, 1.0);
+        copies.vertices.emplace_back(3.0, 0.0, 1.0);
+        copies.vertices.emplace_back(0.0, 4.0, 1.0);
+        copies.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     }
     World world(points_only({}), copies, false);
     SurfaceDistance tree;
@@ -882,10 +824,10 @@ TEST(UpwardCrossing, ClosedSurfaceIsCrossedEvenlyFromAnyPointHoweverAligned) {
                 const int norm = std::abs(x) + std::abs(y) + std::abs(z);
                 if (norm == 4) continue;
                 int sum = 0;
-                for (const auto& [a, b, c] : shape.faces) {
-                    sum += upward_crossing(shape.points[static_cast<std::size_t>(a)],
-                                           shape.points[static_cast<std::size_t>(b)],
-                                           shape.points[static_cast<std::size_t>(c)], Vector3(x, y, z));
+                for (const auto& [a, b, c] : shape.triangles) {
+                    sum += upward_crossing(shape.vertices[static_cast<std::size_t>(a)],
+                                           shape.vertices[static_cast<std::size_t>(b)],
+                                           shape.vertices[static_cast<std::size_t>(c)], Vector3(x, y, z));
                 }
                 EXPECT_EQ(sum, norm < 4 ? 1 : 0) << x << ' ' << y << ' ' << z;
             }

@@ -7,7 +7,9 @@
 
 #include "geometry/exact.hpp"
 #include "geometry/triangle_distance.hpp"
+#include "support/meshes.hpp"
 #include "support/shapes.hpp"
+#include "support/world_triangles.hpp"
 
 namespace trocar {
 namespace {
@@ -30,10 +32,7 @@ struct LatticeScene {
         frame.position.resize(3, topology.vertex_count);
         for (Eigen::Index i = 0; i < frame.position.size(); ++i) frame.position(i) = coordinate(random) * 0.1;
     }
-    [[nodiscard]] Corners corners(Index t) const {
-        const auto v = topology.triangles.col(t);
-        return {frame.position.col(v[0]), frame.position.col(v[1]), frame.position.col(v[2])};
-    }
+    [[nodiscard]] Corners corners(Index t) const { return test::corners_of(topology.triangles, frame.position, t); }
     Topology topology;
     Frame frame;
 };
@@ -104,10 +103,7 @@ TEST(PairTruth, NearPairsAreThoseOfADoubleLoopThatDoNotMeet) {
     const test::World world = test::make_world(
         "sphere through a sheet", {{BodyKind::instrument, test::sphere(0.03, 8).move({0.003, 0.001, 0.011})},
                                    {BodyKind::tissue, test::sheet(0.1, 10).shake(0.0004, 1)}});
-    const auto corners = [&](Index t) {
-        const auto v = world.topology.triangles.col(t);
-        return Corners{world.frame.position.col(v(0)), world.frame.position.col(v(1)), world.frame.position.col(v(2))};
-    };
+    const auto corners = [&world](Index t) { return test::corners_of(world, t); };
     const Range first = world.topology.bodies[0].triangles;
     const Range second = world.topology.bodies[1].triangles;
     for (const double query_distance : {0.0005, 0.01}) {

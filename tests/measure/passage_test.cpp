@@ -37,26 +37,29 @@ struct Key {
     double z;     // m, lowest point of the tool above the other body's upper side
 };
 
-std::string keys_text(const std::vector<Key>& keys, double z0, const std::string& rotation) {
+/// A body that rests, and an instrument of this shape that follows the keys; its lowest point is `z0` below its origin.
+Scene driven(const std::string& resting, const std::string& shape, const std::vector<Key>& keys, double z0 = 0.0) {
+    const auto ticks = static_cast<int>(std::lround(keys.back().time * 1000.0)) + 5;
     std::string text;
     for (const Key& key : keys) {
-        text += fmt::format("{}{{\"time\":{},\"pose\":[{},0.0013,{},{}]}}", text.empty() ? "" : ",", key.time, key.x,
-                            key.z + z0, rotation);
+        text += fmt::format("{}{{\"time\":{},\"pose\":[{},0.0013,{},0,0,0]}}", text.empty() ? "" : ",", key.time, key.x,
+                            key.z + z0);
     }
-    return text;
+    return test::scene_from_text(fmt::format(
+        R"({{"format":"trocar-scene-2","name":"driven","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
+      {},
+      {{"name":"tool","kind":"instrument","closed":true,"parts":[{}],
+        "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
+        ticks, resting, shape, text));
 }
 
 /// A shaft of 5 mm over a plate of 60 x 60 x 6 mm whose upper side is z = 0.
 Scene shaft_and_plate(const std::vector<Key>& keys, const std::string& tip = "round", double edge = 0.02) {
-    const auto ticks = static_cast<int>(std::lround(keys.back().time * 1000.0)) + 5;
-    return test::scene_from_text(fmt::format(
-        R"({{"format":"trocar-scene-2","name":"plate","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
-      {{"name":"plate","kind":"rigid","closed":true,"pose":[0,0,-0.003,0,0,0],
-        "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":{}}}]}},
-      {{"name":"tool","kind":"instrument","closed":true,
-        "parts":[{{"shape":"shaft","radius":0.0025,"length":0.08,"edge":0.002,"tip":"{}"}}],
-        "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
-        ticks, edge, tip, keys_text(keys, 0.0, "0,0,0")));
+    return driven(fmt::format(R"({{"name":"plate","kind":"rigid","closed":true,"pose":[0,0,-0.003,0,0,0],
+                                  "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":{}}}]}})",
+                              edge),
+                  fmt::format(R"({{"shape":"shaft","radius":0.0025,"length":0.08,"edge":0.002,"tip":"{}"}})", tip),
+                  keys);
 }
 
 TEST(PassageTruth, AShaftDrivenThroughAPlateCountsOnceAndStandsThere) {
@@ -100,15 +103,12 @@ TEST(PassageTruth, SlidingAlongDoesNotCount) {
 
 /// Two shafts of 8 mm across each other; key z: gap between them.
 Scene two_shafts(const std::vector<Key>& keys, double edge) {
-    const auto ticks = static_cast<int>(std::lround(keys.back().time * 1000.0)) + 5;
-    return test::scene_from_text(fmt::format(
-        R"({{"format":"trocar-scene-2","name":"shafts","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
-      {{"name":"lower","kind":"instrument","closed":true,
-        "parts":[{{"shape":"shaft","radius":0.004,"length":0.1,"edge":{},"pose":[-0.05,0,0,0,90,0]}}]}},
-      {{"name":"upper","kind":"instrument","closed":true,
-        "parts":[{{"shape":"shaft","radius":0.004,"length":0.1,"edge":{},"pose":[0,-0.05,0,-90,0,0]}}],
-        "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
-        ticks, edge, edge, keys_text(keys, 0.008, "0,0,0")));
+    const auto shaft = [edge](const char* pose) {
+        return fmt::format(R"({{"shape":"shaft","radius":0.004,"length":0.1,"edge":{},"pose":[{}]}})", edge, pose);
+    };
+    return driven(
+        fmt::format(R"({{"name":"lower","kind":"instrument","closed":true,"parts":[{}]}})", shaft("-0.05,0,0,0,90,0")),
+        shaft("0,-0.05,0,-90,0,0"), keys, 0.008);
 }
 
 TEST(PassageTruth, TwoShaftsThatChangeSidesCountHoweverLongTheirEdges) {
@@ -126,28 +126,21 @@ TEST(PassageTruth, TheRimOfASheetThroughABarCountsBetweenTwoOfItsVertices) {
     // The sheet stands on edge with one rim or the other at z = 0, the rim's vertices at 10 and 30 mm to both sides; a
     // flat bar of 6 x 2 mm comes down over the middle of the rim, 4 mm deep at last, and meets nothing else of it.
     for (const int turn : {90, -90}) {
-        EXPECT_EQ(passages_of(test::scene_from_text(fmt::format(
-                      R"({{"format":"trocar-scene-2","name":"rim","unit":"m","dt":0.001,"ticks":105,"seed":1,"bodies":[
-          {{"name":"sheet","kind":"rigid","closed":false,"pose":[0,0,-0.015,{},0,0],
-            "parts":[{{"shape":"sheet","size":[0.06,0.03],"edge":0.02}}]}},
-          {{"name":"bar","kind":"instrument","closed":true,
-            "parts":[{{"shape":"box","size":[0.006,0.06,0.002],"edge":0.02}}],
-            "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
-                      turn, keys_text({{0, 0, 0.003}, {0.1, 0, -0.004}}, 0.001, "0,0,0")))),
-                  1)
-            << turn;
+        const std::string sheet =
+            fmt::format(R"({{"name":"sheet","kind":"rigid","closed":false,"pose":[0,0,-0.015,{},0,0],
+                            "parts":[{{"shape":"sheet","size":[0.06,0.03],"edge":0.02}}]}})",
+                        turn);
+        const std::string bar = R"({"shape":"box","size":[0.006,0.06,0.002],"edge":0.02})";
+        EXPECT_EQ(passages_of(driven(sheet, bar, {{0, 0, 0.003}, {0.1, 0, -0.004}}, 0.001)), 1) << turn;
     }
 }
 
 TEST(PassageTruth, AnOpenSheetIsPassedOnlyWhenTheToolIsWhollyBehindIt) {
     const auto scene = [](double lowest) {
-        return test::scene_from_text(fmt::format(
-            R"({{"format":"trocar-scene-2","name":"open","unit":"m","dt":0.001,"ticks":210,"seed":1,"bodies":[
-          {{"name":"sheet","kind":"rigid","closed":false,"parts":[{{"shape":"sheet","size":[0.06,0.06],"edge":0.01}}]}},
-          {{"name":"ball","kind":"instrument","closed":true,"parts":[{{"shape":"sphere","radius":0.004,"edge":0.002}}],
-            "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[0,0,0.006,0,0,0]}},
-              {{"time":0.1,"pose":[0,0,{},0,0,0]}},{{"time":0.2,"pose":[0,0,{},0,0,0]}}]}}}}]}})",
-            lowest, lowest < -0.004 ? lowest : 0.006));
+        return driven(R"({"name":"sheet","kind":"rigid","closed":false,
+                          "parts":[{"shape":"sheet","size":[0.06,0.06],"edge":0.01}]})",
+                      R"({"shape":"sphere","radius":0.004,"edge":0.002})",
+                      {{0, 0, 0.006}, {0.1, 0, lowest}, {0.2, 0, lowest < -0.004 ? lowest : 0.006}});
     };
     EXPECT_EQ(passages_of(scene(-0.003)), 0);
     EXPECT_EQ(passages_of(scene(-0.006)), 1);
@@ -158,15 +151,11 @@ TEST(PassageTruth, WhereABodyHasItsOriginMakesNoDifference) {
     // along it 1 mm deep, where the plate's edges pass from the shaft's front to its back.
     const auto scene = [](std::vector<Key> keys) {
         for (Key& key : keys) key.x -= 0.05;
-        return test::scene_from_text(fmt::format(
-            R"({{"format":"trocar-scene-2","name":"off","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
-          {{"name":"plate","kind":"rigid","closed":true,"pose":[-0.03,0.02,-0.073,0,0,0],
-            "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":0.02,"pose":[0.03,-0.02,0.07,0,0,0]}}]}},
-          {{"name":"tool","kind":"instrument","closed":true,
-            "parts":[{{"shape":"shaft","radius":0.0025,"length":0.08,"edge":0.002,"tip":"flat",
-                       "pose":[0.05,0,0.04,0,0,0]}}],
-            "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
-            static_cast<int>(std::lround(keys.back().time * 1000.0)) + 5, keys_text(keys, -0.04, "0,0,0")));
+        return driven(
+            R"({"name":"plate","kind":"rigid","closed":true,"pose":[-0.03,0.02,-0.073,0,0,0],
+                "parts":[{"shape":"box","size":[0.06,0.06,0.006],"edge":0.02,"pose":[0.03,-0.02,0.07,0,0,0]}]})",
+            R"({"shape":"shaft","radius":0.0025,"length":0.08,"edge":0.002,"tip":"flat","pose":[0.05,0,0.04,0,0,0]})",
+            keys, -0.04);
     };
     EXPECT_EQ(passages_of(scene({{0, 0, 0.003}, {0.2, 0, -0.012}})), 1);
     EXPECT_EQ(passages_of(scene({{0, -0.01, 0.003}, {0.1, -0.01, -0.001}, {0.3, 0.01, -0.001}, {0.4, 0.01, 0.003}})),
@@ -179,17 +168,12 @@ TEST(PassageTruth, ABodyIsAsDeepAsOneOfItsWallsIsThick) {
     // nothing.
     const std::string second = R"(,{"shape":"box","size":[0.06,0.06,0.006],"edge":0.06,"pose":[0,0,-0.1,0,0,0]})";
     for (const std::string& more : {std::string(), second}) {
-        EXPECT_EQ(
-            passages_of(test::scene_from_text(fmt::format(
-                R"({{"format":"trocar-scene-2","name":"walls","unit":"m","dt":0.001,"ticks":205,"seed":1,"bodies":[
-          {{"name":"plates","kind":"rigid","closed":true,"pose":[0,0.0213,-0.003,0,0,0],
-            "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":0.06}}{}]}},
-          {{"name":"tool","kind":"instrument","closed":true,
-            "parts":[{{"shape":"shaft","radius":0.0025,"length":0.08,"edge":0.002}}],
-            "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
-                more, keys_text({{0, 0, 0.003}, {0.2, 0.022, -0.012}}, 0.0, "0,0,0")))),
-            1)
-            << more;
+        const std::string plates =
+            fmt::format(R"({{"name":"plates","kind":"rigid","closed":true,"pose":[0,0.0213,-0.003,0,0,0],
+                            "parts":[{{"shape":"box","size":[0.06,0.06,0.006],"edge":0.06}}{}]}})",
+                        more);
+        const std::string shaft = R"({"shape":"shaft","radius":0.0025,"length":0.08,"edge":0.002})";
+        EXPECT_EQ(passages_of(driven(plates, shaft, {{0, 0, 0.003}, {0.2, 0.022, -0.012}})), 1) << more;
     }
 }
 

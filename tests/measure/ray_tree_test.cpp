@@ -10,107 +10,66 @@
 
 #include "geometry/exact.hpp"
 #include "measure/vertical_crossings.hpp"
+#include "support/meshes.hpp"
 #include "support/random_vectors.hpp"
+#include "support/shapes.hpp"
 
 namespace trocar {
 namespace {
 
-struct RaySurface {
-    Matrix3X position;
-    Triangles triangles;
-    [[nodiscard]] Index count() const { return static_cast<Index>(triangles.cols()); }
-    [[nodiscard]] Corners corners(Index t) const {
-        return {position.col(triangles(0, t)), position.col(triangles(1, t)), position.col(triangles(2, t))};
-    }
-};
+using test::Faces;
+using test::TriangleMesh;
 
-RaySurface surface_of(const std::vector<Vector3>& points, const std::vector<std::array<Index, 3>>& faces) {
-    RaySurface surface;
-    surface.position.resize(3, static_cast<Eigen::Index>(points.size()));
-    surface.triangles.resize(3, static_cast<Eigen::Index>(faces.size()));
-    for (std::size_t i = 0; i < points.size(); ++i) surface.position.col(static_cast<Eigen::Index>(i)) = points[i];
-    for (std::size_t i = 0; i < faces.size(); ++i)
-        surface.triangles.col(static_cast<Eigen::Index>(i)) << faces[i][0], faces[i][1], faces[i][2];
-    return surface;
-}
-
-/// Stacked closed rings of `sides` around z, from z = 0 to 1.
-RaySurface shaft(Index rings, Index sides, double radius) {
-    std::vector<Vector3> points;
-    std::vector<std::array<Index, 3>> faces;
-    for (Index k = 0; k < rings; ++k) {
-        for (Index s = 0; s < sides; ++s) {
-            const double angle = 2.0 * std::numbers::pi * s / sides;
-            points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), 1.0 * k / (rings - 1));
-        }
-    }
-    for (Index k = 0; k + 1 < rings; ++k) {
-        for (Index s = 0; s < sides; ++s) {
-            const Index a = k * sides + s;
-            const Index b = k * sides + (s + 1) % sides;
-            faces.push_back({a, b, b + sides});
-            faces.push_back({a, b + sides, a + sides});
-        }
-    }
-    for (Index s = 2; s < sides; ++s) {
-        const Index top = (rings - 1) * sides;
-        faces.push_back({0, s, s - 1});
-        faces.push_back({top, top + s - 1, top + s});
-    }
-    return surface_of(points, faces);
+/// Closed rings of `sides` around z, from z = 0 to 1.
+TriangleMesh shaft(Index rings, Index sides, double radius) {
+    const test::Shape shape = test::shaft(radius, 1.0, sides, rings - 1);
+    return {shape.vertices, shape.triangles};
 }
 
 /// Closed flat prisms above each other, all as wide as the whole.
-RaySurface discs(Index count, Index sides) {
+TriangleMesh discs(Index count, Index sides) {
     std::vector<Vector3> points;
-    std::vector<std::array<Index, 3>> faces;
+    Faces faces;
     for (Index k = 0; k < count; ++k) {
-        const RaySurface disc = shaft(2, sides, 1.0);
+        const test::Shape disc = test::shaft(1.0, 0.004, sides, 1).move({0.0, 0.0, 0.01 * k});
         const auto first = static_cast<Index>(points.size());
-        for (Eigen::Index v = 0; v < disc.position.cols(); ++v) {
-            Vector3 p = disc.position.col(v);
-            p.z() = 0.01 * (k + 0.4 * p.z());
-            points.push_back(p);
-        }
-        for (Index t = 0; t < disc.count(); ++t) {
-            const auto c = disc.triangles.col(t);
-            faces.push_back({first + c[0], first + c[1], first + c[2]});
-        }
+        points.insert(points.end(), disc.vertices.begin(), disc.vertices.end());
+        for (const auto& [a, b, c] : disc.triangles) faces.push_back({first + a, first + b, first + c});
     }
-    return surface_of(points, faces);
+    return {points, faces};
 }
 
 /// A polygon with many corners as readers split it.
-RaySurface polygon(Index corners) {
+TriangleMesh polygon(Index corners) {
     std::vector<Vector3> points;
-    std::vector<std::array<Index, 3>> faces;
+    Faces faces;
     for (Index s = 0; s < corners; ++s) {
         const double angle = 2.0 * std::numbers::pi * s / corners;
         points.emplace_back(std::cos(angle), std::sin(angle), 0.0);
         if (s >= 2) faces.push_back({0, s - 1, s});
     }
-    return surface_of(points, faces);
+    return {points, faces};
 }
 
 /// Triangles between points of a coarse lattice: degenerate, coplanar and repeated ones among them, edges shared.
-RaySurface lattice_triangles(std::mt19937_64& random, Index count) {
+TriangleMesh lattice_triangles(std::mt19937_64& random, Index count) {
     std::uniform_int_distribution<int> place(0, 3);
     std::uniform_int_distribution<Index> vertex(0, 39);
     std::vector<Vector3> points;
     for (Index i = 0; i < 40; ++i) points.push_back(test::random_vector(place, random));
-    std::vector<std::array<Index, 3>> faces;
+    Faces faces;
     for (Index i = 0; i < count; ++i) {
         faces.push_back({vertex(random), vertex(random), vertex(random)});
         if (i % 5 == 0) faces.push_back(faces.back());
     }
-    return surface_of(points, faces);
+    return {points, faces};
 }
 
 /// Needles that lie anywhere.
-RaySurface needles(std::mt19937_64& random, Index count) {
+TriangleMesh needles(std::mt19937_64& random, Index count) {
     std::uniform_real_distribution<double> place(-1.0, 1.0);
     std::vector<Vector3> points;
-    std::vector<std::array<Index, 3>> faces;
+    Faces faces;
     const Vector3 along = test::random_vector(place, random).normalized();
     for (Index i = 0; i < count; ++i) {
         const Vector3 p = test::random_vector(place, random);
@@ -119,22 +78,22 @@ RaySurface needles(std::mt19937_64& random, Index count) {
         points.insert(points.end(), {p, p + 2.0 * along, p + 2.0 * along + aside});
         faces.push_back({first, first + 1, first + 2});
     }
-    return surface_of(points, faces);
+    return {points, faces};
 }
 
-void turn(RaySurface& surface, const Vector3& axis, double angle) {
+void turn(TriangleMesh& surface, const Vector3& axis, double angle) {
     surface.position = (Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix() * surface.position).eval();
 }
 
-std::vector<RaySurface> all_kinds(std::mt19937_64& random) {
-    std::vector<RaySurface> kinds{shaft(40, 5, 0.1),
-                                  shaft(2, 60, 0.1),
-                                  discs(20, 7),
-                                  polygon(200),
-                                  needles(random, 150),
-                                  lattice_triangles(random, 30),
-                                  lattice_triangles(random, 200),
-                                  lattice_triangles(random, 3)};
+std::vector<TriangleMesh> all_kinds(std::mt19937_64& random) {
+    std::vector<TriangleMesh> kinds{shaft(40, 5, 0.1),
+                                    shaft(2, 60, 0.1),
+                                    discs(20, 7),
+                                    polygon(200),
+                                    needles(random, 150),
+                                    lattice_triangles(random, 30),
+                                    lattice_triangles(random, 200),
+                                    lattice_triangles(random, 3)};
     for (std::size_t kind = 0; kind < 4; ++kind) {
         kinds.push_back(kinds[kind]);
         turn(kinds.back(), Vector3(1.0, 2.0, 0.5), 0.9);
@@ -142,7 +101,7 @@ std::vector<RaySurface> all_kinds(std::mt19937_64& random) {
     return kinds;
 }
 
-int crossings_one_by_one(const RaySurface& surface, const Vector3& p) {
+int crossings_one_by_one(const TriangleMesh& surface, const Vector3& p) {
     int sum = 0;
     for (Index t = 0; t < surface.count(); ++t) {
         const Corners c = surface.corners(t);
@@ -152,7 +111,7 @@ int crossings_one_by_one(const RaySurface& surface, const Vector3& p) {
 }
 
 /// Points everywhere about the surface, at its vertices, under and beside them, and on its triangles.
-std::vector<Vector3> asked_points(const RaySurface& surface, std::mt19937_64& random) {
+std::vector<Vector3> asked_points(const TriangleMesh& surface, std::mt19937_64& random) {
     std::uniform_real_distribution<double> share(-0.1, 1.1);
     std::uniform_int_distribution<Index> vertex(0, static_cast<Index>(surface.position.cols()) - 1);
     Box box;
@@ -172,7 +131,7 @@ std::vector<Vector3> asked_points(const RaySurface& surface, std::mt19937_64& ra
 TEST(RayTree, CountsTheCrossingsOfEveryTriangle) {
     std::mt19937_64 random(1);
     for (int round = 0; round < 6; ++round) {
-        for (RaySurface& surface : all_kinds(random)) {
+        for (TriangleMesh& surface : all_kinds(random)) {
             RayTree tree;
             tree.prepare(surface.triangles, {0, surface.count()}, surface.position);
             // As prepared, turned, and with all vertices somewhere else.
@@ -200,7 +159,7 @@ TEST(RayTree, VisitsEveryTriangleThatASegmentMeetsOnce) {
     std::int64_t met = 0;
     std::int64_t visited_in_all = 0;
     for (int round = 0; round < 3; ++round) {
-        for (RaySurface& surface : all_kinds(random)) {
+        for (TriangleMesh& surface : all_kinds(random)) {
             RayTree tree;
             tree.prepare(surface.triangles, {0, surface.count()}, surface.position, round == 0);
             if (round == 2) {
@@ -241,7 +200,7 @@ TEST(RayTree, VisitsEveryTriangleThatASegmentMeetsOnce) {
 
 TEST(RayTree, OfTrianglesThatStandBehindOthersItIsTheSame) {
     std::mt19937_64 random(4);
-    RaySurface surface = shaft(60, 12, 0.1);
+    TriangleMesh surface = shaft(60, 12, 0.1);
     const Index count = surface.count();
     // In no order: neighbours on the list are none in space.
     for (Index t = count - 1; t > 0; --t) {
@@ -274,7 +233,7 @@ struct Cost {
     double held = 0.0;
 };
 
-Cost cost_of(const RaySurface& surface) {
+Cost cost_of(const TriangleMesh& surface) {
     std::mt19937_64 random(3);
     RayTree tree;
     tree.prepare(surface.triangles, {0, surface.count()}, surface.position);
@@ -294,8 +253,8 @@ Cost cost_of(const RaySurface& surface) {
 TEST(RayTree, CostsLittleMoreOnSixteenTimesTheTriangles) {
     struct Kind {
         const char* name;
-        RaySurface small;
-        RaySurface large;
+        TriangleMesh small;
+        TriangleMesh large;
     };
     std::vector<Kind> kinds{{"shaft", shaft(300, 12, 0.01), shaft(4800, 12, 0.01)},
                             {"sheath of slivers", shaft(2, 2000, 0.01), shaft(2, 32000, 0.01)},

@@ -6,8 +6,8 @@
 #include <bit>
 #include <cmath>
 
-#include "geometry/input_error.hpp"
 #include "geometry/json_depth.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
@@ -130,14 +130,9 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 /// With file and line, and `place` in the message.
 void expect_refused(const std::string& line, const std::string& place) {
-    try {
-        record_from_json_line(line, "records.jsonl", 12);
-        FAIL() << line;
-    } catch (const InputError& error) {
-        const std::string what = error.what();
-        EXPECT_EQ(what.find("records.jsonl: line 12"), 0U) << what;
-        EXPECT_NE(what.find(place), std::string::npos) << what;
-    }
+    const std::string what = test::complaint_of([&] { record_from_json_line(line, "records.jsonl", 12); });
+    EXPECT_EQ(what.find("records.jsonl: line 12"), 0U) << what << line;
+    EXPECT_NE(what.find(place), std::string::npos) << what;
 }
 
 TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {

@@ -10,6 +10,7 @@
 #include "measure/record.hpp"
 #include "support/random_vectors.hpp"
 #include "support/shapes.hpp"
+#include "support/world_triangles.hpp"
 
 namespace trocar::test {
 namespace {
@@ -44,17 +45,7 @@ private:
 /// What a perfect detector that examines the frame alone would say.
 ContactSet discrete(const World& world) {
     ContactSet contacts;
-    const auto corners = [&world](Index t) {
-        const auto v = world.topology.triangles.col(t);
-        return Corners{world.frame.position.col(v(0)), world.frame.position.col(v(1)), world.frame.position.col(v(2))};
-    };
-    const Range a_range = world.topology.bodies[0].triangles;
-    const Range b_range = world.topology.bodies[1].triangles;
-    for (Index a = a_range.first; a < a_range.end(); ++a) {
-        for (Index b = b_range.first; b < b_range.end(); ++b) {
-            if (oracle_intersect(corners(a), corners(b))) contacts.pairs.push_back({a, b});
-        }
-    }
+    contacts.pairs = pairs_of_oracle(world);
     return contacts;
 }
 

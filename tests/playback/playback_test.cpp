@@ -256,6 +256,14 @@ struct StretchedStrip {
         stretched.position.row(0) *= 1.1;
         stretched.position.row(1) *= 0.8;
     }
+    [[nodiscard]] std::filesystem::path record_in(const test::TemporaryFolder& folder) const {
+        std::filesystem::path file = folder.path() / "strip.trocrec";
+        RecordingWriter writer(file, topology, 0.001);
+        writer.write(rest);
+        writer.write(stretched);
+        writer.finish();
+        return file;
+    }
 };
 
 TEST(FrameFields, StrainIsTheLargestInSizeWithItsSign) {
@@ -273,11 +281,7 @@ TEST(FrameFields, StrainIsTheLargestInSizeWithItsSign) {
 TEST(PlayRecording, ShowsTheFramesOfTheFileWithoutContacts) {
     const StretchedStrip strip;
     const test::TemporaryFolder folder;
-    const std::filesystem::path file = folder.path() / "strip.trocrec";
-    RecordingWriter writer(file, strip.topology, 0.001);
-    writer.write(strip.rest);
-    writer.write(strip.stretched);
-    writer.finish();
+    const std::filesystem::path file = strip.record_in(folder);
     std::vector<PlayedFrame> frames;
     EXPECT_EQ(play_recording(file, {}, [&](const PlayedFrame& frame) { frames.push_back(frame); }), 2);
     ASSERT_EQ(frames.size(), 2U);
@@ -290,15 +294,10 @@ TEST(PlayRecording, ShowsTheFramesOfTheFileWithoutContacts) {
 }
 
 TEST(PlayRecording, EndsEarlyWhenAskedToAndRefusesWhatIsNotFinite) {
-    const StretchedStrip strip;
+    StretchedStrip strip;
+    strip.stretched.position(0, 0) = std::nan("");
     const test::TemporaryFolder folder;
-    const std::filesystem::path file = folder.path() / "strip.trocrec";
-    RecordingWriter writer(file, strip.topology, 0.001);
-    writer.write(strip.rest);
-    Frame broken = strip.stretched;
-    broken.position(0, 0) = std::nan("");
-    writer.write(broken);
-    writer.finish();
+    const std::filesystem::path file = strip.record_in(folder);
     EXPECT_EQ(play_recording(
                   file, {}, [](const PlayedFrame&) {}, [](std::int64_t done) { return done < 1; }),
               1);

@@ -8,6 +8,7 @@
 #include "measure/surface_distance.hpp"
 #include "reference/closest_points.hpp"
 #include "reference/signed_distance.hpp"
+#include "support/meshes.hpp"
 #include "support/random_vectors.hpp"
 #include "support/shapes.hpp"
 
@@ -102,10 +103,8 @@ TEST(ClosestPoints, SafeMotionNeverLetsFeaturesMeet) {
 
 TEST(SignedDistance, ToABoxIsItsClosedForm) {
     // Cube of edge 2 around the origin.
-    Matrix3X x(3, 8);
-    for (int i = 0; i < 8; ++i) x.col(i) = Vector3(i & 1 ? 1 : -1, i & 2 ? 1 : -1, i & 4 ? 1 : -1);
-    Triangles t(3, 12);
-    t << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1, 2, 3, 5, 7, 1, 5, 6, 7, 4, 6, 3, 7, 3, 1, 7, 6, 5, 4, 7, 3, 6, 2, 7, 5;
+    const Matrix3X x = test::matrix_of(test::cube_points(-Vector3::Ones(), Vector3::Constant(2.0)));
+    const Triangles t = test::matrix_of(test::cube_faces);
     SignedDistance surface;
     surface.prepare(t, {0, 12}, x);
     std::mt19937 random(3);

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "support/meshes.hpp"
+
 namespace trocar {
 namespace {
 
@@ -90,20 +92,17 @@ TEST(ElasticFoundation, TooDeepIsMoreThanThreeQuartersOfTheLargestDepthInside) {
     constexpr double width = 2.0 * height;
     Triangles one(3, 1);
     one.col(0) << 0, 1, 2;
-    Triangles block(3, 12);
-    block.row(0) << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1;
-    block.row(1) << 2, 3, 5, 7, 1, 5, 6, 7, 4, 6, 3, 7;
-    block.row(2) << 3, 1, 7, 6, 5, 4, 7, 3, 6, 2, 7, 5;
     Scene scene;
     scene.topology = make_topology(
         {Body{.name = "film", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one},
-         Body{.name = "block", .kind = BodyKind::instrument, .vertex_count = 8, .triangles = block}});
+         Body{.name = "block",
+              .kind = BodyKind::instrument,
+              .vertex_count = 8,
+              .triangles = test::matrix_of(test::cube_faces)}});
     scene.materials.contact_laws.assign(scene.topology.body_pairs.size(), {.k = 100.0, .mu = 1.0});
     Matrix3X& x = scene.first.position;
     x.resize(3, 11);
-    for (Index v = 0; v < 8; ++v) {
-        x.col(3 + v) = Vector3((v & 1) != 0 ? width : 0.0, (v & 2) != 0 ? width : 0.0, (v & 4) != 0 ? height : 0.0);
-    }
+    x.rightCols<8>() = test::matrix_of(test::cube_points(Vector3::Zero(), {width, width, height}));
     for (const double part : {0.05, 0.3, 0.7, 0.8, 0.95}) {
         const double z = height - part * 0.5 * height;
         x.col(0) = Vector3(0.5 * width, 0.5 * width, z);

@@ -10,6 +10,7 @@
 #include "reference/build_reference.hpp"
 #include "reference/implicit_solver.hpp"
 #include "simulate/overrides.hpp"
+#include "support/meshes.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -175,7 +176,7 @@ Scene needle_over_disc(double preload, double depth, double end) {
                    .kind = BodyKind::tissue,
                    .closed = false,
                    .vertex_count = static_cast<Index>(disc.frame.position.cols())};
-    std::vector<std::array<Index, 3>> triangles;
+    test::Faces triangles;
     const auto near = [&](Index i, Index j) { return (tissue.local.col(i) - tissue.local.col(j)).norm() < 1.1 * edge; };
     for (Index i = 0; i < tissue.body.vertex_count; ++i) {
         for (Index j = i + 1; j < tissue.body.vertex_count; ++j) {
@@ -187,12 +188,7 @@ Scene needle_over_disc(double preload, double depth, double end) {
             }
         }
     }
-    tissue.body.triangles.resize(3, static_cast<Eigen::Index>(triangles.size()));
-    for (std::size_t t = 0; t < triangles.size(); ++t) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            tissue.body.triangles(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(t)) = triangles[t][i];
-        }
-    }
+    tissue.body.triangles = test::matrix_of(triangles);
     Piece needle;
     needle.body = {.name = "needle", .kind = BodyKind::instrument, .vertex_count = 5};
     needle.body.triangles.resize(3, 6);

@@ -13,32 +13,20 @@
 #include "reference/reference.hpp"
 #include "simulate/overrides.hpp"
 #include "study/study.hpp"
-#include "support/data.hpp"
 #include "support/program.hpp"
+#include "support/shipped_scenes.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
 
-const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
-
-std::optional<std::filesystem::path> data_folder() {
-    const std::filesystem::path path = test::data_path(".");
-    return path.empty() ? std::nullopt : std::optional(path);
-}
-
-std::vector<std::string> scene_names() {
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-}
+using test::data_folder;
+using test::scene_folder;
 
 class StoredReference : public testing::TestWithParam<std::string> {};
 
 TEST_P(StoredReference, BelongsToItsSceneAndSaysHowGoodItIs) {
-    const std::filesystem::path file = folder / (GetParam() + ".json");
+    const std::filesystem::path file = scene_folder / (GetParam() + ".json");
     ASSERT_TRUE(std::filesystem::exists(reference_file(file)))
         << "missing; make it with: trocar reference scenes/" << GetParam() << ".json";
     const Reference stored = read_reference(reference_file(file));
@@ -62,13 +50,13 @@ TEST_P(StoredReference, BelongsToItsSceneAndSaysHowGoodItIs) {
         << "stale; make it anew with: trocar reference scenes/" << GetParam() << ".json";
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, StoredReference, testing::ValuesIn(scene_names()),
+INSTANTIATE_TEST_SUITE_P(Scenes, StoredReference, testing::ValuesIn(test::scene_names()),
                          [](const auto& the) { return the.param; });
 
 TEST(StoredReferences, NoneIsLeftOverFromASceneThatIsGone) {
-    for (const auto& entry : std::filesystem::directory_iterator(folder / "reference")) {
+    for (const auto& entry : std::filesystem::directory_iterator(scene_folder / "reference")) {
         const Reference stored = read_reference(entry.path());
-        const std::filesystem::path scene = folder / (stored.scene + ".json");
+        const std::filesystem::path scene = scene_folder / (stored.scene + ".json");
         EXPECT_TRUE(std::filesystem::exists(scene)) << entry.path();
         EXPECT_EQ(reference_file(scene, stored.turned_k), entry.path());
     }
@@ -76,7 +64,7 @@ TEST(StoredReferences, NoneIsLeftOverFromASceneThatIsGone) {
 
 TEST(StoredReferences, EveryStiffnessThatAStudyTurnsHasOne) {
     std::set<std::pair<std::string, std::string>> points;
-    for (const auto& entry : std::filesystem::directory_iterator(folder.parent_path() / "bench/studies")) {
+    for (const auto& entry : std::filesystem::directory_iterator(scene_folder.parent_path() / "bench/studies")) {
         if (entry.path().extension() != ".json") continue;
         for (const PlannedRun& run : make_plan(read_study(entry.path()))) {
             if (run.spec.knob == "k") points.emplace(run.spec.scene, run.spec.overrides);
@@ -84,7 +72,7 @@ TEST(StoredReferences, EveryStiffnessThatAStudyTurnsHasOne) {
     }
     EXPECT_FALSE(points.empty());
     for (const auto& [name, overrides] : points) {
-        Scene scene = read_scene(folder / (name + ".json"), std::nullopt);
+        Scene scene = read_scene(scene_folder / (name + ".json"), std::nullopt);
         apply_overrides(overrides, scene);
         const FoundReference found = find_reference(scene);
         EXPECT_EQ(found.state, ReferenceState::present) << name << " " << overrides << ": " << found.message();
@@ -94,7 +82,7 @@ TEST(StoredReferences, EveryStiffnessThatAStudyTurnsHasOne) {
 /// The stored references for other contact stiffnesses than the scenes' own, by file name.
 std::vector<std::string> turned_names() {
     std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder / "reference")) {
+    for (const auto& entry : std::filesystem::directory_iterator(scene_folder / "reference")) {
         const std::string name = entry.path().stem().string();
         if (name.find(".k=") != std::string::npos) names.push_back(name);
     }
@@ -105,7 +93,7 @@ std::vector<std::string> turned_names() {
 TEST(StoredReferences, ThoseOfATurnedStiffnessBelongToTheirSceneAndSayHowGoodTheyAre) {
     for (const std::string& name : turned_names()) {
         SCOPED_TRACE(name);
-        const Reference stored = read_reference(folder / "reference" / (name + ".json"));
+        const Reference stored = read_reference(scene_folder / "reference" / (name + ".json"));
         EXPECT_EQ(stored.origin.at("dirty"), "no");
         EXPECT_EQ(stored.origin.at("command"),
                   fmt::format("trocar reference {}.json --k {}", stored.scene, stored.turned_k));
@@ -113,7 +101,7 @@ TEST(StoredReferences, ThoseOfATurnedStiffnessBelongToTheirSceneAndSayHowGoodThe
         EXPECT_TRUE(stored.equal_k.available
                         ? std::isfinite(stored.equal_k.force_bound) && stored.equal_k.residual <= 1e-4
                         : !stored.equal_k.reason.empty());
-        const std::filesystem::path file = folder / (stored.scene + ".json");
+        const std::filesystem::path file = scene_folder / (stored.scene + ".json");
         if (lacks_data(file, data_folder())) continue;
         Scene scene = read_scene(file, data_folder());
         apply_overrides(fmt::format("k={}", stored.turned_k), scene);
@@ -143,9 +131,8 @@ Reference ramp() {
 }
 
 TEST(StoredReference, ComesBackFromItsFileAndComplainsAboutABrokenOne) {
-    const auto place = std::filesystem::temp_directory_path() / fmt::format("trocar_reference_{}.json", ::getpid());
-    const auto write = [&](const std::string& text) { std::ofstream(place, std::ios::binary) << text; };
-    write(to_json(ramp()));
+    const test::TemporaryFolder temporary;
+    const std::filesystem::path place = temporary.write("reference.json", to_json(ramp()));
     const Reference back = read_reference(place);
     EXPECT_EQ(back.hard.force, ramp().hard.force);
     EXPECT_EQ(back.hard.points, ramp().hard.points);
@@ -156,16 +143,10 @@ TEST(StoredReference, ComesBackFromItsFileAndComplainsAboutABrokenOne) {
     EXPECT_EQ(back.equal_k.reason, "for a test");
     std::string text = to_json(ramp());
     text.replace(text.find("\"available\":true"), 16, "\"available\":3");
-    write(text);
-    try {
-        read_reference(place);
-        ADD_FAILURE() << "a broken file was read";
-    } catch (const InputError& error) {
-        EXPECT_NE(std::string(error.what()).find("/hard/available"), std::string::npos) << error.what();
-    }
-    write("{");
+    temporary.write("reference.json", text);
+    test::expect_holds(test::complaint_of([&] { read_reference(place); }), {"/hard/available"});
+    temporary.write("reference.json", "{");
     EXPECT_THROW(read_reference(place), InputError);
-    std::filesystem::remove(place);
 }
 
 FoundReference found_ramp() { return {.state = ReferenceState::present, .reference = ramp()}; }
@@ -230,7 +211,7 @@ TEST(StoredReferences, AFileOfAnotherFormatIsNamedAndNoRunEndsOfIt) {
     const test::TemporaryFolder temporary;
     std::filesystem::create_directories(temporary.path() / "reference");
     const std::filesystem::path copy = temporary.path() / "i2t_poke.json";
-    std::filesystem::copy_file(folder / "i2t_poke.json", copy);
+    std::filesystem::copy_file(scene_folder / "i2t_poke.json", copy);
     std::ofstream(reference_file(copy)) << R"({"format": "trocar-reference-0"})";
     const FoundReference found = find_reference(read_scene(copy, std::nullopt));
     EXPECT_EQ(found.state, ReferenceState::stale);
@@ -244,7 +225,7 @@ TEST(StoredReferences, ATurnedStiffnessHasItsOwnEqualKAndTheSceneHardContact) {
     const test::TemporaryFolder temporary;
     std::filesystem::create_directories(temporary.path() / "reference");
     const std::filesystem::path file = temporary.path() / "i2t_poke.json";
-    std::filesystem::copy_file(folder / "i2t_poke.json", file);
+    std::filesystem::copy_file(scene_folder / "i2t_poke.json", file);
     const Scene own = read_scene(file, std::nullopt);
     const auto at_k = [&](double k) {
         Scene scene = own;

@@ -204,7 +204,5 @@ TEST(Charts, EveryWordStandsWithinTheDrawingHoweverManyThereAre) {
     }
 }
 
-TEST(Charts, SameNumbersSameBytes) { EXPECT_EQ(draw(chart()), draw(chart())); }
-
 }  // namespace
 }  // namespace trocar

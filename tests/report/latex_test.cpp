@@ -48,17 +48,19 @@ std::map<std::string, std::string> tables_of(const Document& document) {
     return files;
 }
 
-/// Too wide for the column, or too high for the page.
-std::size_t overfull_boxes(const std::string& log) {
-    std::size_t count = 0;
-    for (std::size_t at = log.find("Overfull"); at != std::string::npos; at = log.find("Overfull", at + 1)) ++count;
-    return count;
+int times_in(const std::string& text, const std::string& part) {
+    int times = 0;
+    for (std::size_t at = text.find(part); at != std::string::npos; at = text.find(part, at + 1)) ++times;
+    return times;
 }
+
+/// Too wide for the column, or too high for the page.
+int overfull_boxes(const std::string& log) { return times_in(log, "Overfull"); }
 
 TEST(LatexTables, AnOverfullBoxWouldBeSeen) {
     if (!has_latex()) GTEST_SKIP() << no_latex;
-    EXPECT_EQ(overfull_boxes(log_of({{"wide.tex", "\\noindent\\rule{300pt}{1pt}\n"}})), 1U);
-    EXPECT_EQ(overfull_boxes(log_of({{"high.tex", "\\noindent\\rule{1pt}{800pt}\n"}})), 1U);
+    EXPECT_EQ(overfull_boxes(log_of({{"wide.tex", "\\noindent\\rule{300pt}{1pt}\n"}})), 1);
+    EXPECT_EQ(overfull_boxes(log_of({{"high.tex", "\\noindent\\rule{1pt}{800pt}\n"}})), 1);
 }
 
 TEST(LatexTables, NoneOfAReportIsTooWideForAJournalsColumn) {
@@ -75,7 +77,7 @@ TEST(LatexTables, NoneOfAReportIsTooWideForAJournalsColumn) {
     }
     const std::map<std::string, std::string> tables = tables_of(make_report(records).document);
     ASSERT_GT(tables.size(), 5U);
-    EXPECT_EQ(overfull_boxes(log_of(tables)), 0U);
+    EXPECT_EQ(overfull_boxes(log_of(tables)), 0);
 }
 
 TEST(LatexTables, NoneOfThePublishedReportsIsTooWide) {
@@ -85,7 +87,7 @@ TEST(LatexTables, NoneOfThePublishedReportsIsTooWide) {
         const std::map<std::string, std::string> tables =
             tables_of(make_report(read_records(published / study / "records.jsonl")).document);
         ASSERT_GT(tables.size(), 5U) << study;
-        EXPECT_EQ(overfull_boxes(log_of(tables)), 0U) << study;
+        EXPECT_EQ(overfull_boxes(log_of(tables)), 0) << study;
     }
 }
 
@@ -117,7 +119,7 @@ TEST(LatexTables, NoWordsAndNoNumberOfColumnsMakeThemTooWide) {
         }
         tables["table_" + std::to_string(round) + ".tex"] = latex_table(table);
     }
-    EXPECT_EQ(overfull_boxes(log_of(tables)), 0U);
+    EXPECT_EQ(overfull_boxes(log_of(tables)), 0);
 }
 
 TEST(LatexTables, WideOnesRepeatTheirFirstColumnAndLongOnesTheirHead) {
@@ -127,14 +129,10 @@ TEST(LatexTables, WideOnesRepeatTheirFirstColumnAndLongOnesTheirHead) {
     for (int c = 0; c < 14; ++c) row.cells.push_back("12.345");
     table.rows.assign(100, row);
     const std::string text = latex_table(table);
-    const auto count = [&text](const std::string& what) {
-        std::size_t times = 0;
-        for (std::size_t at = text.find(what); at != std::string::npos; at = text.find(what, at + 1)) ++times;
-        return times;
-    };
-    EXPECT_GT(count("unilateral &"), 100U) << "more than one panel";
-    EXPECT_EQ(count("unilateral &") % 100, 0U) << "every row in every panel";
-    EXPECT_EQ(count("12.345"), 1400U) << "every number once";
+    const auto count = [&text](const std::string& what) { return times_in(text, what); };
+    EXPECT_GT(count("unilateral &"), 100) << "more than one panel";
+    EXPECT_EQ(count("unilateral &") % 100, 0) << "every row in every panel";
+    EXPECT_EQ(count("12.345"), 1400) << "every number once";
     EXPECT_EQ(count("\\begin{tabular}"), count("method &")) << "a head for every piece";
     EXPECT_GT(count("\\begin{tabular}"), count("unilateral &") / 100) << "pages may break";
 }
@@ -144,11 +142,7 @@ TEST(LatexTables, APieceEndsWhereItsLinesFillAPage) {
     const auto expect_pieces = [](const std::string& cell, int lines) {
         Table table{.caption = "t", .columns = {{"word", false}}, .rows = {}, .note = ""};
         table.rows.assign(120, TableRow{.cells = {cell}});
-        const std::string text = latex_table(table);
-        int pieces = 0;
-        for (std::size_t at = text.find("\\toprule"); at != std::string::npos; at = text.find("\\toprule", at + 1)) {
-            ++pieces;
-        }
+        const int pieces = times_in(latex_table(table), "\\toprule");
         EXPECT_GE(57 * pieces, 120 * lines) << cell;
         EXPECT_LE(40 * (pieces - 1), 120 * lines) << cell;
     };

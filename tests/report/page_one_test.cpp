@@ -8,6 +8,7 @@
 #include "geometry/input_error.hpp"
 #include "report/words.hpp"
 #include "report/worst_tick.hpp"
+#include "support/text.hpp"
 #include "synthetic.hpp"
 
 namespace trocar {
@@ -112,11 +113,8 @@ TEST(PageOne, OfMoreThanTenRowsTheBestOfEveryResponseAreShownAndTheRestIsReporte
     EXPECT_LE(table.columns.size(), page_one_columns);
     EXPECT_EQ(table.rows.front().cells.front(), "`soft:k=1` (intersection)");
     EXPECT_EQ(table.rows.back().cells.front(), "`late` (intersection)");
-    EXPECT_NE(
-        table.note.find("Not shown, at worst: `soft:k=10` (intersection) 1.00 mm; `soft:k=11` (intersection) 1.10 mm; "
-                        "`soft:k=12` (intersection) 1.20 mm."),
-        std::string::npos)
-        << table.note;
+    test::expect_holds(table.note, {"Not shown, at worst: `soft:k=10` (intersection) 1.00 mm; `soft:k=11` "
+                                    "(intersection) 1.10 mm; `soft:k=12` (intersection) 1.20 mm."});
 }
 
 TEST(PageOne, ADetectorThatHidesContactsIsNoMethod) {
@@ -199,8 +197,7 @@ TEST(PageOne, WhatFailedStandsOnARailOfItsOwn) {
     EXPECT_NEAR(chart.series.at(0).points.at(0).x, 0.3, 1e-12) << "ms, of the slower scene";
     EXPECT_NEAR(chart.series.at(0).points.at(0).y, 0.5, 1e-12) << "mm, of the worse scene";
     EXPECT_TRUE(chart.series.at(2).points.at(0).failed);
-    EXPECT_NE(draw(chart).find(">failed</text>"), std::string::npos);
-    EXPECT_NE(draw(chart).find("1 ms"), std::string::npos);
+    test::expect_holds(draw(chart), {">failed</text>", "1 ms"});
     EXPECT_NE(interactive(chart).find("\"name\":\"failed\""), std::string::npos);
 }
 
@@ -218,20 +215,16 @@ TEST(PageOne, ItsLastLineReportsWhereTheNumbersComeFromAndHowToHaveThemAgain) {
     const std::string again =
         " This page again: `trocar report .` in its folder; the records anew: `trocar study made_up.json`.</sub>\n";
     const std::string loops = make_report(four_responses()).files.at("report.md");
-    EXPECT_NE(loops.find("<sub>Study `made_up`, commit `abc1234`, Paper CPU, seed 1, 8 runs." + again),
-              std::string::npos)
-        << loops;
+    test::expect_holds(loops, {"<sub>Study `made_up`, commit `abc1234`, Paper CPU, seed 1, 8 runs." + again});
     std::vector<Record> replays{synthetic({.mode = "replay", .scene = "b"}),
                                 synthetic({.mode = "replay", .scene = "a"})};
     replays[1].frames_hash = "00000000000000aa";
     for (Record& record : replays) record.environment["commit"] = "0123456789abcdef0123";
     const std::string frames = make_report(replays).files.at("report.md");
     // FNV-1a of 64 bits over "a00000000000000aab00000000000000ff".
-    EXPECT_NE(frames.find("<sub>Study `made_up`, commit `0123456789ab`, Paper CPU, seed 1, 2 runs. Frames "
-                          "`468a08b491d01dbc`." +
-                          again),
-              std::string::npos)
-        << frames;
+    test::expect_holds(frames, {"<sub>Study `made_up`, commit `0123456789ab`, Paper CPU, seed 1, 2 runs. Frames "
+                                "`468a08b491d01dbc`." +
+                                again});
 }
 
 TEST(PageOne, TheThesisIsNamedInFullWhereItTakesPart) {
@@ -278,8 +271,7 @@ TEST(WorstTick, IsDrawnOnPageOneAndWithoutItThePageSaysHowToHaveIt) {
     EXPECT_EQ(with.files.at("report.md").find("--picture"), std::string::npos);
     EXPECT_NE(with.files.at("report.md").find("(charts/worst_tick.svg)"), std::string::npos);
     const std::string& picture = with.files.at("charts/worst_tick.svg");
-    EXPECT_NE(picture.find("0.500 mm deep."), std::string::npos);
-    EXPECT_NE(picture.find("depth 0 to 0.500 mm"), std::string::npos);
+    test::expect_holds(picture, {"0.500 mm deep.", "depth 0 to 0.500 mm"});
     EXPECT_TRUE(with.files.contains("charts/worst_tick_force.svg"));
 }
 

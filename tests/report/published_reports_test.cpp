@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "support/program.hpp"
+#include "support/commands.hpp"
 #include "support/test_name.hpp"
 
 namespace trocar {
@@ -25,15 +25,6 @@ std::vector<std::string> reports_with_records() {
     return names;
 }
 
-std::map<std::string, std::string> files_below(const std::filesystem::path& folder) {
-    std::map<std::string, std::string> files;
-    for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
-        if (!entry.is_regular_file()) continue;
-        files[std::filesystem::relative(entry.path(), folder).string()] = test::read_file(entry.path());
-    }
-    return files;
-}
-
 class PublishedReport : public testing::TestWithParam<std::string> {};
 
 TEST_P(PublishedReport, EqualsItsRebuild) {
@@ -43,10 +34,9 @@ TEST_P(PublishedReport, EqualsItsRebuild) {
     const test::TemporaryFolder folder;
     const std::filesystem::path copy = folder.path() / GetParam();
     std::filesystem::copy(published / GetParam(), copy, std::filesystem::copy_options::recursive);
-    const test::ProgramResult rebuilt = test::run_program("report " + copy.string(), program);
-    ASSERT_EQ(rebuilt.status, 0) << rebuilt.err;
-    const std::map<std::string, std::string> before = files_below(published / GetParam());
-    const std::map<std::string, std::string> after = files_below(copy);
+    test::run_successfully("report " + copy.string(), program);
+    const std::map<std::string, std::string> before = test::files_below(published / GetParam());
+    const std::map<std::string, std::string> after = test::files_below(copy);
     EXPECT_EQ(before.size(), after.size());
     for (const auto& [name, content] : before) {
         const auto found = after.find(name);

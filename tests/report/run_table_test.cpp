@@ -168,9 +168,7 @@ assert runs["residual_penetration_max_m"].dtype == float and runs["message"][2] 
 TEST(ResultsCsv, AnotherKindOfRunLeavesNoOldFileBehind) {
     const test::TemporaryFolder folder;
     const auto write = [&](const std::vector<Record>& records) {
-        std::ofstream stream(folder.path() / "records.jsonl");
-        for (const Record& record : records) stream << to_json_line(record) << "\n";
-        stream.close();
+        test::store_records(folder.path(), records);
         write_report(folder.path());
     };
     write(mixed_records());

@@ -1,6 +1,8 @@
 // Records made by hand, so that every number of a report can be worked out on paper.
 #pragma once
 
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -82,6 +84,13 @@ inline Record synthetic(const SyntheticRun& run) {
     }
     record.summary = summarize(record.rows, {.mode = run.mode});
     return record;
+}
+
+/// Writes records as a study does.
+inline void store_records(const std::filesystem::path& folder, const std::vector<Record>& records) {
+    std::filesystem::create_directories(folder);
+    std::ofstream stream(folder / "records.jsonl");
+    for (const Record& record : records) stream << to_json_line(record) << "\n";
 }
 
 /// All that a report says, page 1 and what stands behind it, as Markdown.

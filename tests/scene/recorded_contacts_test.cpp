@@ -7,10 +7,10 @@
 #include <functional>
 
 #include "contact/contact.hpp"
-#include "geometry/input_error.hpp"
 #include "scene/recording.hpp"
 #include "support/program.hpp"
 #include "support/recordings.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
@@ -33,20 +33,11 @@ class RecordedContacts : public testing::Test {
 protected:
     [[nodiscard]] std::filesystem::path file() const { return folder.path() / "frames.trocrec"; }
     [[nodiscard]] RecordingReader read(const RecordingText& text) const {
-        std::ofstream(file(), std::ios::binary) << text.bytes();
-        return RecordingReader(file());
+        return RecordingReader(folder.write("frames.trocrec", text.bytes()));
     }
     /// Without the file's name in front; empty: none.
     [[nodiscard]] std::string complaint_about(const std::string& lines, int ticks = 1) const {
-        try {
-            static_cast<void>(read(with_contacts(lines, ticks)).contacts());
-        } catch (const InputError& error) {
-            const std::string message = error.what();
-            EXPECT_EQ(message.find('\n'), std::string::npos);
-            EXPECT_EQ(message.rfind(file().string() + ": ", 0), 0U) << message;
-            return message.substr(file().string().size() + 2);
-        }
-        return "";
+        return test::complaint_about(file(), [&] { static_cast<void>(read(with_contacts(lines, ticks)).contacts()); });
     }
     test::TemporaryFolder folder;
 };
@@ -170,6 +161,7 @@ TEST_F(RecordedContacts, AnUnfinishedRecordingLeavesNothing) {
         writer.add(frame, {{.a = 0, .b = 1}});
     }
     EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+    EXPECT_THROW(RecordingWriter(folder.path() / "no" / "such" / "folder.trocrec", topology, 1e-3), InputError);
 }
 
 TEST_F(RecordedContacts, TheWriterRefusesWhatTheReaderWould) {
@@ -178,12 +170,7 @@ TEST_F(RecordedContacts, TheWriterRefusesWhatTheReaderWould) {
     frame.position = Matrix3X::Zero(3, 6);
     RecordingWriter writer(file(), topology, 1e-3);
     const auto complaint = [&](const RecordedContact& contact) {
-        try {
-            writer.add(frame, {{.a = 0, .b = 1}, contact});
-        } catch (const InputError& error) {
-            return std::string(error.what());
-        }
-        return std::string();
+        return test::complaint_of([&] { writer.add(frame, {{.a = 0, .b = 1}, contact}); });
     };
     const Vector3 up{0.0, 0.0, 1.0};
     const Vector3 none = Vector3::Constant(RecordedContact::unreported);
@@ -250,12 +237,7 @@ TEST_F(RecordedContacts, ABadHeadIsNamed) {
     RecordingText text = with_contacts("", 0);
     const auto complaint = [&](const std::string& tail) {
         text.tail = tail;
-        try {
-            static_cast<void>(read(text).contacts());
-        } catch (const InputError& error) {
-            return std::string(error.what());
-        }
-        return std::string();
+        return test::complaint_of([&] { static_cast<void>(read(text).contacts()); });
     };
     EXPECT_NE(complaint("").find("contacts line 1: expected a line with the format trocar-contacts-1, got none"),
               std::string::npos);

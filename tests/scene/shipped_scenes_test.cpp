@@ -12,17 +12,13 @@
 #include "contact/derive.hpp"
 #include "measure/pair_truth.hpp"
 #include "scene/scene.hpp"
-#include "support/data.hpp"
+#include "support/shipped_scenes.hpp"
 
 namespace trocar {
 namespace {
 
-const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
-
-std::optional<std::filesystem::path> data_folder() {
-    const std::filesystem::path path = test::data_path(".");
-    return path.empty() ? std::nullopt : std::optional(path);
-}
+using test::data_folder;
+using test::scene_folder;
 
 /// The scripted frame at a time: instruments at their script, everything else at rest.
 Frame scripted(const Scene& scene, double time) {
@@ -43,15 +39,6 @@ std::vector<TrianglePair> pairs_at(const Scene& scene, double time) {
 
 double end_of(const Scene& scene) { return scene.dt * static_cast<double>(scene.ticks); }
 
-std::vector<std::string> all_names() {
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-}
-
 /// Scenes whose tool begins in the tissue, and those whose tool is left standing in it.
 const std::set<std::string> begin_deep{"i2t_deep_start", "i2t_deep_sheet"};
 /// Their passes may be shorter than a tick: tests/simulate/between_ticks_test.cpp holds each against the script.
@@ -61,7 +48,7 @@ const std::set<std::string> end_pressed{"i2t_stab_drag", "indent_1x", "indent_4x
 class ShippedScene : public testing::TestWithParam<std::string> {};
 
 TEST_P(ShippedScene, StartsFreeTouchesAsItsScriptSaysAndEndsFree) {
-    const std::filesystem::path file = folder / (GetParam() + ".json");
+    const std::filesystem::path file = scene_folder / (GetParam() + ".json");
     if (lacks_data(file, data_folder())) GTEST_SKIP() << "no data: meshes of " << GetParam();
     const Scene scene = read_scene(file, data_folder());
     EXPECT_EQ(scene.name, GetParam());
@@ -81,7 +68,7 @@ TEST_P(ShippedScene, StartsFreeTouchesAsItsScriptSaysAndEndsFree) {
 }
 
 TEST_P(ShippedScene, DefaultTissueHasAtMostTwoThousandTrianglesUnlessItIsRealDataOrRefined) {
-    const std::filesystem::path file = folder / (GetParam() + ".json");
+    const std::filesystem::path file = scene_folder / (GetParam() + ".json");
     if (lacks_data(file, std::nullopt)) GTEST_SKIP() << "real meshes have the size they have";
     const Scene scene = read_scene(file, std::nullopt);
     Index tissue = 0;
@@ -96,19 +83,11 @@ TEST_P(ShippedScene, DefaultTissueHasAtMostTwoThousandTrianglesUnlessItIsRealDat
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, ShippedScene, testing::ValuesIn(all_names()),
+INSTANTIATE_TEST_SUITE_P(Scenes, ShippedScene, testing::ValuesIn(test::scene_names()),
                          [](const auto& tested) { return tested.param; });
 
-TEST(ShippedScenes, AreThoseThatTheTaskNames) {
-    const std::vector<std::string> names = all_names();
-    for (const char* name : {"i2i_cross", "i2r_scrape", "i2t_poke", "i2t_drag", "i2t_stab", "i2t_lay", "i2t_grasp",
-                             "hover", "liver_maryland"}) {
-        EXPECT_TRUE(std::find(names.begin(), names.end(), name) != names.end()) << name;
-    }
-}
-
 TEST(ShippedScenes, PokeDepthIsTheDocumentedOne) {
-    const Scene scene = read_scene(folder / "i2t_poke.json", std::nullopt);
+    const Scene scene = read_scene(scene_folder / "i2t_poke.json", std::nullopt);
     const Range tool = scene.topology.bodies[0].vertices;
     const auto depth = [&](double time) {
         return -scripted(scene, time).position.row(2).segment(tool.first, tool.count).minCoeff();
@@ -125,10 +104,10 @@ TEST(ShippedScenes, PokeDepthIsTheDocumentedOne) {
 
 TEST(ShippedScenes, DeepStartsBeginFiveMillimetresDeep) {
     // The flat sheet is z = 0; the organ's surface is crossed by the vertical line through the tip.
-    const Scene sheet = read_scene(folder / "i2t_deep_sheet.json", std::nullopt);
+    const Scene sheet = read_scene(scene_folder / "i2t_deep_sheet.json", std::nullopt);
     const Range tool = sheet.topology.bodies[0].vertices;
     EXPECT_NEAR(sheet.first.position.row(2).segment(tool.first, tool.count).minCoeff(), -0.005, 1e-12);
-    const Scene organ = read_scene(folder / "i2t_deep_start.json", std::nullopt);
+    const Scene organ = read_scene(scene_folder / "i2t_deep_start.json", std::nullopt);
     const Range shaft = organ.topology.bodies[0].vertices;
     Eigen::Index lowest = -1;
     organ.first.position.row(2).segment(shaft.first, shaft.count).minCoeff(&lowest);
@@ -152,7 +131,7 @@ TEST(ShippedScenes, DeepStartsBeginFiveMillimetresDeep) {
 TEST(ShippedScenes, IndentedSheetsDifferInTheirMeshAlone) {
     Index before = 0;
     for (const char* name : {"indent_1x", "indent_4x", "indent_16x"}) {
-        const Scene scene = read_scene(folder / (std::string(name) + ".json"), std::nullopt);
+        const Scene scene = read_scene(scene_folder / (std::string(name) + ".json"), std::nullopt);
         const Index count = scene.topology.bodies[1].triangles.count;
         if (before > 0) {
             EXPECT_NEAR(static_cast<double>(count) / before, 4.0, 0.3) << name;
@@ -164,7 +143,7 @@ TEST(ShippedScenes, IndentedSheetsDifferInTheirMeshAlone) {
 }
 
 TEST(ShippedScenes, LayingShaftMeetsTheFoldEdgeAgainstEdgeOnly) {
-    const Scene scene = read_scene(folder / "i2t_lay.json", std::nullopt);
+    const Scene scene = read_scene(scene_folder / "i2t_lay.json", std::nullopt);
     int seen = 0;
     for (double time = 0.005; time < 0.8; time += 0.01) {  // not the very instants of touch
         const Frame frame = scripted(scene, time);
@@ -180,31 +159,27 @@ TEST(ShippedScenes, LayingShaftMeetsTheFoldEdgeAgainstEdgeOnly) {
     EXPECT_GT(seen, 50);
 }
 
-TEST(ShippedScenes, BothJawsOfTheGrasperPressTheFold) {
-    const Scene scene = read_scene(folder / "i2t_grasp.json", std::nullopt);
+std::set<std::size_t> jaws_that_meet(const Scene& scene, double time) {
     std::set<std::size_t> jaws;
-    for (const TrianglePair& pair : pairs_at(scene, 0.6)) {
+    for (const TrianglePair& pair : pairs_at(scene, time)) {
         const Index vertex = scene.topology.triangles(0, pair.a);
         for (std::size_t j = 0; j < scene.bodies[0].jaws.size(); ++j) {
             if (scene.bodies[0].jaws[j].vertices.contains(vertex)) jaws.insert(j);
         }
     }
-    EXPECT_EQ(jaws.size(), 2U);
+    return jaws;
+}
+
+TEST(ShippedScenes, BothJawsOfTheGrasperPressTheFold) {
+    EXPECT_EQ(jaws_that_meet(read_scene(scene_folder / "i2t_grasp.json", std::nullopt), 0.6).size(), 2U);
 }
 
 TEST(ShippedScenes, JawsOfTheMarylandPressTheLiver) {
-    const std::filesystem::path file = folder / "liver_maryland.json";
+    const std::filesystem::path file = scene_folder / "liver_maryland.json";
     if (lacks_data(file, data_folder())) GTEST_SKIP() << "no data: meshes of liver_maryland";
     const Scene scene = read_scene(file, data_folder());
     std::set<std::size_t> jaws;
-    for (double time = 0.0; time < end_of(scene); time += 0.1) {
-        for (const TrianglePair& pair : pairs_at(scene, time)) {
-            const Index vertex = scene.topology.triangles(0, pair.a);
-            for (std::size_t j = 0; j < scene.bodies[0].jaws.size(); ++j) {
-                if (scene.bodies[0].jaws[j].vertices.contains(vertex)) jaws.insert(j);
-            }
-        }
-    }
+    for (double time = 0.0; time < end_of(scene); time += 0.1) jaws.merge(jaws_that_meet(scene, time));
     EXPECT_EQ(jaws.size(), 2U);
 }
 

@@ -44,32 +44,11 @@ TEST(BaselineComparison, ATurnedNormalIsMeasuredAsAnAngle) {
     EXPECT_NEAR(compare_answers(three_contacts(), after, nanometre).worst_angle, std::acos(-1.0), 1e-12);
 }
 
-TEST(BaselineComparison, GoneAndNewContactsAreCountedApart) {
-    BaselineAnswer after = three_contacts();
-    after.ticks[0].contacts.erase(after.ticks[0].contacts.begin());
-    after.ticks[1].contacts.push_back(contact_at(7, 9, 1e-3));
-    after.ticks[1].contacts.push_back(contact_at(8, 9, 1e-3));
-    const AnswerDifference found = compare_answers(three_contacts(), after, nanometre);
-    EXPECT_EQ(found.missing, 1);
-    EXPECT_EQ(found.extra, 2);
-    EXPECT_EQ(found.compared, 2);
-    EXPECT_FALSE(found.within({.length = 1.0, .angle = 10.0}));
-}
-
 TEST(BaselineComparison, ANumberThatIsLostIsInfinitelyWrong) {
     BaselineAnswer after = three_contacts();
     after.ticks[0].contacts[1].depth = Contact::unset;
     EXPECT_TRUE(std::isinf(compare_answers(three_contacts(), after, nanometre).worst_depth));
     EXPECT_TRUE(compare_answers(after, after, nanometre).within(nanometre)) << "unset on both sides is the same";
-}
-
-TEST(BaselineComparison, AnotherOutcomeOrKindIsAChange) {
-    BaselineAnswer after = three_contacts();
-    after.outcome = "crashed";
-    EXPECT_FALSE(compare_answers(three_contacts(), after, nanometre).within(nanometre));
-    after = three_contacts();
-    after.ticks[0].contacts[0].kind = ContactCase::edges_cross;
-    EXPECT_EQ(compare_answers(three_contacts(), after, nanometre).other_kind, 1);
 }
 
 /// Far above anything that the other figures say, so that the one count alone decides.
@@ -101,7 +80,9 @@ TEST(BaselineComparison, ANewContactAloneIsNotTheSame) {
 TEST(BaselineComparison, AnotherKindAloneAndAnotherOutcomeAloneAreNotTheSame) {
     BaselineAnswer after = three_contacts();
     after.ticks[0].contacts[0].kind = ContactCase::edges_cross;
-    EXPECT_FALSE(compare_answers(three_contacts(), after, kilometre).within(kilometre));
+    const AnswerDifference found = compare_answers(three_contacts(), after, kilometre);
+    EXPECT_EQ(found.other_kind, 1);
+    EXPECT_FALSE(found.within(kilometre));
     after = three_contacts();
     after.outcome = "truncated";
     EXPECT_FALSE(compare_answers(three_contacts(), after, kilometre).within(kilometre));

@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 
 #include "geometry/input_error.hpp"
 #include "study/kept_contacts.hpp"
 #include "support/program.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
@@ -77,14 +77,7 @@ TEST(ContactBaseline, TheSecondFormatIsReadWithItsOwnKeysOfTruth) {
 TEST(ContactBaseline, BadFilesAreNamedWithTheirPlace) {
     const test::TemporaryFolder folder;
     const auto complaint = [&folder](const std::string& text) {
-        const std::filesystem::path file = folder.path() / "b.json";
-        std::ofstream(file) << text;
-        try {
-            (void)read_contact_baseline(file);
-        } catch (const InputError& error) {
-            return std::string(error.what());
-        }
-        return std::string();
+        return test::complaint_of([&] { (void)read_contact_baseline(folder.write("b.json", text)); });
     };
     const std::string head =
         R"({"format":"trocar-baseline-1","source":"s","source_hash":"0","frames_hash":"0","ticks":1,"every":1,)";

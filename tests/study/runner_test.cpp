@@ -32,12 +32,16 @@ protected:
             run.spec.mode = "replay";
             run.spec.scene = "scene";
             run.spec.detector = "d" + std::to_string(i);
-            Record record;
-            record.spec = run.spec;
-            record.summary["answer"] = i;
-            std::ofstream(prepared() / (std::to_string(i) + ".json")) << to_json_line(record) << "\n";
             plan_.push_back(run);
+            prepare(plan_.size() - 1);
         }
+    }
+    /// Writes what the child of this run is to answer.
+    void prepare(std::size_t i) const {
+        Record record;
+        record.spec = plan_[i].spec;
+        record.summary["answer"] = static_cast<double>(i);
+        std::ofstream(prepared() / (std::to_string(i) + ".json")) << to_json_line(record) << "\n";
     }
     [[nodiscard]] std::filesystem::path prepared() const { return folder_.path() / "prepared"; }
     [[nodiscard]] std::filesystem::path output() const { return folder_.path() / "out"; }
@@ -105,10 +109,7 @@ TEST_F(RunnerTest, ALongRunIsReportedWhileItRuns) {
 TEST_F(RunnerTest, SideBySideRunWhatNobodyTimesAndNothingElse) {
     for (std::size_t i = 1; i < plan_.size(); ++i) {
         plan_[i].spec.mode = i == 3 ? "metamorphic" : "hard_case";
-        Record record;
-        record.spec = plan_[i].spec;
-        record.summary["answer"] = static_cast<double>(i);
-        std::ofstream(prepared() / (std::to_string(i) + ".json")) << to_json_line(record) << "\n";
+        prepare(i);
     }
     RunnerOptions side_by_side = options("*) sleep 0.3; echo end $i >>$prepared/log;;");
     side_by_side.jobs = 2;
@@ -227,9 +228,7 @@ TEST_F(RunnerTest, AnotherBinaryStartsAnew) {
 TEST_F(RunnerTest, AnotherSpecificationIsRunAlone) {
     run_plan(plan_, options(""));
     plan_[3].spec.seed = 7;
-    Record record;
-    record.spec = plan_[3].spec;
-    std::ofstream(prepared() / "3.json") << to_json_line(record) << "\n";
+    prepare(3);
     const RunnerResult result = run_plan(plan_, options(""));
     EXPECT_EQ(result.found, 3);
     EXPECT_EQ(result.made, 1);
@@ -317,11 +316,6 @@ TEST(ThinRows, KeepThePeaksOfEveryStretchAndWhatWentWrong) {
     whole.spec.detail_stride = 1;
     thin_rows(whole);
     EXPECT_EQ(whole.rows.size(), 25U);
-}
-
-TEST(BinaryIdentity, IsStableWithinABinary) {
-    EXPECT_EQ(binary_identity(), binary_identity());
-    EXPECT_EQ(binary_identity().size(), 16U);
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "scene/retired_names.hpp"
 #include "study/study.hpp"
 #include "support/program.hpp"
+#include "support/text.hpp"
 
 namespace trocar {
 namespace {
@@ -21,21 +22,12 @@ namespace {
 class StudyFile : public ::testing::Test {
 protected:
     StudyFile() {
-        for (const char* name : {"a.json", "b.json"}) std::ofstream(folder_.path() / name) << "{}\n";
+        for (const char* name : {"a.json", "b.json"}) folder_.write(name, "{}\n");
     }
-    [[nodiscard]] Study read(const std::string& text) const {
-        const std::filesystem::path file = folder_.path() / "study.json";
-        std::ofstream(file) << text;
-        return read_study(file);
-    }
+    [[nodiscard]] Study read(const std::string& text) const { return read_study(folder_.write("study.json", text)); }
     /// The complaint about a bad study.
     [[nodiscard]] std::string complaint(const std::string& text) const {
-        try {
-            (void)read(text);
-        } catch (const InputError& error) {
-            return error.what();
-        }
-        return "";
+        return test::complaint_of([&] { (void)read(text); });
     }
     test::TemporaryFolder folder_;
 };
@@ -458,14 +450,8 @@ TEST_F(StudyFile, RetiredNamesInAStudyAreReportedWithTheirReplacement) {
         EXPECT_TRUE(message.ends_with(end)) << text << "\n" << message;
     }
     (void)read(good);
-    try {
-        (void)read_study(folder_.path() / "study.json", {"hold:k=100"});
-        ADD_FAILURE() << "a retired response was added";
-    } catch (const InputError& error) {
-        EXPECT_STREQ(
-            error.what(),
-            "--with: expected a detector or response of trocar list, got 'hold:k=100': renamed to 'unilateral'");
-    }
+    EXPECT_EQ(test::complaint_of([this] { (void)read_study(folder_.path() / "study.json", {"hold:k=100"}); }),
+              "--with: expected a detector or response of trocar list, got 'hold:k=100': renamed to 'unilateral'");
 }
 
 TEST_F(StudyFile, OneDeviceServesEveryRunWithAResponse) {
@@ -533,35 +519,6 @@ TEST_F(StudyFile, EachExperimentIsRepeatedAsOftenAsItSays) {
     }
 }
 
-TEST_F(StudyFile, ResponseThatCannotReadNativeContactsIsReportedOnce) {
-    const auto& detectors = registry().detectors();
-    const auto detector = std::find_if(detectors.begin(), detectors.end(),
-                                       [](const DetectorEntry& entry) { return entry.native_contacts; });
-    if (detector == detectors.end()) GTEST_SKIP() << "this build has no detector with native contacts";
-    const Study study =
-        read(study_of({closed_loop + R"("scenes":["a.json","b.json"],"detectors":[")" + detector->name +
-                       R"("],"responses":["thesis","penalty"],"contacts":["intersection","native"],"repetitions":2)"}));
-    int thesis_rows = 0;
-    int penalty_runs = 0;
-    for (const PlannedRun& run : make_plan(study)) {
-        if (run.spec.contacts != "native") {
-            EXPECT_FALSE(run.settled);
-        } else if (run.spec.response == "thesis") {
-            ++thesis_rows;
-            ASSERT_TRUE(run.settled);
-            EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
-            EXPECT_NE(run.settled->message.find(
-                          "from contacts tracked_proximity, proximity, intersection, not from 'native'"),
-                      std::string::npos);
-        } else {
-            ++penalty_runs;
-            EXPECT_FALSE(run.settled);
-        }
-    }
-    EXPECT_EQ(thesis_rows, 1);
-    EXPECT_EQ(penalty_runs, 2 * 2);
-}
-
 TEST_F(StudyFile, RepetitionsAreBlocksOfInterleavedMethods) {
     std::int64_t last = 0;
     for (const PlannedRun& run : make_plan(read(good))) {
@@ -587,12 +544,8 @@ TEST_F(StudyFile, ARunOfMoreTicksThanARecordHoldsIsRefusedBeforeItIsMade) {
     const SceneFacts facts{.name = "a", .hash = {}, .pair_class = {}, .dt = 0.002, .triangles = 1000};
     complete_run(facts, plan[0]);
     plan[0].spec.ticks = 400'001;
-    try {
-        complete_run(facts, plan[0]);
-        FAIL();
-    } catch (const InputError& error) {
-        EXPECT_STREQ(error.what(), "study: a: expected at most 400000 ticks of a run (--large lifts this), got 400001");
-    }
+    EXPECT_EQ(test::complaint_of([&] { complete_run(facts, plan[0]); }),
+              "study: a: expected at most 400000 ticks of a run (--large lifts this), got 400001");
 }
 
 TEST_F(StudyFile, MethodRunsOnItsOwnScenesOnly) {
@@ -636,14 +589,6 @@ TEST_F(StudyFile, AbsentMethodBecomesRowsWithItsReason) {
     ASSERT_NE(lost, plan.end());
     EXPECT_EQ(lost->settled->kind, OutcomeKind::absent);
     EXPECT_NE(lost->settled->message.find(absent.reason), std::string::npos);
-}
-
-TEST_F(StudyFile, SceneWithoutItsDataIsSettledAsUnsupported) {
-    PlannedRun run;
-    complete_run({.name = "liver", .hash = "", .pair_class = "", .ticks = 0, .lacks_data = true}, run);
-    ASSERT_TRUE(run.settled);
-    EXPECT_EQ(run.settled->kind, OutcomeKind::unsupported);
-    EXPECT_EQ(run.settled->message, "no data");
 }
 
 TEST(Studies, OfTheProjectAreReadable) {

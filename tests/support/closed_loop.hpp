@@ -13,6 +13,7 @@
 #include "method/registry.hpp"
 #include "scene/world.hpp"
 #include "simulate/rupture.hpp"
+#include "support/meshes.hpp"
 #include "support/shown_force.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -111,18 +112,12 @@ public:
         std::vector<Body> list;
         Index total = 0;
         for (const LoopBody& body : bodies_) {
-            Triangles triangles(3, static_cast<Eigen::Index>(body.mesh.triangles.size()));
-            for (std::size_t t = 0; t < body.mesh.triangles.size(); ++t) {
-                for (std::size_t i = 0; i < 3; ++i) {
-                    triangles(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(t)) = body.mesh.triangles[t][i];
-                }
-            }
             list.push_back({.name = body.name,
                             .kind = body.kind,
                             .closed = body.closed,
                             .instrument = body.instrument,
                             .vertex_count = static_cast<Index>(body.mesh.points.size()),
-                            .triangles = triangles});
+                            .triangles = matrix_of(body.mesh.triangles)});
             total += static_cast<Index>(body.mesh.points.size());
         }
         topology = make_topology(list);

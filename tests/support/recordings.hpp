@@ -47,4 +47,16 @@ struct RecordingText {
     }
 };
 
+/// Triangle a in z = 0 in every frame; b stands with one corner at the frame's height above it.
+inline RecordingText standing_at(const std::vector<double>& heights) {
+    RecordingText text;
+    text.header["frames"] = heights.size();
+    text.positions.clear();
+    for (const double low : heights) {
+        text.positions.insert(text.positions.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});
+        text.positions.insert(text.positions.end(), {0.25, 0.25, low, 0.25, 0.25, 2, 0.5, 0.25, 2});
+    }
+    return text;
+}
+
 }  // namespace trocar::test

@@ -85,6 +85,18 @@ private:
     static constexpr double dt = 1e-3;  // s
 };
 
+/// Two triangles in one contact, whose interval lies along x and whose vertex of a is the first.
+inline PairSample in_contact(BodyKind kind_a, BodyKind kind_b, const Matrix3X& corners, Contact contact) {
+    contact.a = 0;
+    contact.b = 1;
+    contact.vertex_a = 0;
+    contact.interval_direction = Vector3::UnitX();
+    PairSample sample(kind_a, kind_b, corners);
+    sample.contacts.contacts = {contact};
+    sample.contacts.pairs = {{0, 1}};
+    return sample;
+}
+
 /// Face of body a is in the plane z = 0 (normal +z) around the origin; vertex 3, of body b, lies 0.5 mm below it.
 inline PairSample vertex_of_b_in_a(BodyKind kind_a, BodyKind kind_b) {
     Matrix3X corners(3, 6);
@@ -94,21 +106,14 @@ inline PairSample vertex_of_b_in_a(BodyKind kind_a, BodyKind kind_b) {
     corners.col(3) = Vector3(0.004, 0.005, -0.0005);
     corners.col(4) = Vector3(0.004, 0.006, 0.03);
     corners.col(5) = Vector3(0.007, 0.004, 0.03);
-    PairSample sample(kind_a, kind_b, corners);
     Contact contact;
-    contact.a = 0;
-    contact.b = 1;
     contact.kind = ContactCase::b_enters_a;
     contact.point = corners.col(3);
     contact.normal = Vector3::UnitZ();
     contact.depth = 0.0005;
     contact.interval_length = 1e-4;
-    contact.interval_direction = Vector3::UnitX();
-    contact.vertex_a = 0;
     contact.vertex_b = 3;
-    sample.contacts.contacts = {contact};
-    sample.contacts.pairs = {{0, 1}};
-    return sample;
+    return in_contact(kind_a, kind_b, corners, contact);
 }
 
 /// Face of body b is in the plane z = 0 (normal +z); vertex 0, of body a, lies 1.5 mm below it.
@@ -120,21 +125,14 @@ inline PairSample vertex_of_a_in_b(BodyKind kind_a, BodyKind kind_b) {
     corners.col(3) = Vector3(0.0, 0.0, 0.0);
     corners.col(4) = Vector3(0.01, 0.0, 0.0);
     corners.col(5) = Vector3(0.0, 0.01, 0.0);
-    PairSample sample(kind_a, kind_b, corners);
     Contact contact;
-    contact.a = 0;
-    contact.b = 1;
     contact.kind = ContactCase::a_enters_b;
     contact.point = corners.col(0);
     contact.normal = -Vector3::UnitZ();
     contact.depth = 0.0015;
     contact.interval_length = 1e-4;
-    contact.interval_direction = Vector3::UnitX();
-    contact.vertex_a = 0;
     contact.vertex_b = 3;
-    sample.contacts.contacts = {contact};
-    sample.contacts.pairs = {{0, 1}};
-    return sample;
+    return in_contact(kind_a, kind_b, corners, contact);
 }
 
 /// Crossing edges with an overlap of 0.125 m along +x (case 3.9-a of the data).
@@ -146,21 +144,14 @@ inline PairSample edges_crossing(BodyKind kind_a, BodyKind kind_b) {
     corners.col(3) = Vector3(0.375, 0.0, -1.0);
     corners.col(4) = Vector3(0.375, 0.0, 0.875);
     corners.col(5) = Vector3(4.0, 0.0, 0.0);
-    PairSample sample(kind_a, kind_b, corners);
     Contact contact;
-    contact.a = 0;
-    contact.b = 1;
     contact.kind = ContactCase::edges_cross;
     contact.point = Vector3(0.4375, 0.0, 0.0);
     contact.normal = Vector3::UnitX();
     contact.depth = 0.125;
     contact.interval_length = 0.125;
-    contact.interval_direction = Vector3::UnitX();
-    contact.vertex_a = 0;
     contact.vertex_b = 4;
-    sample.contacts.contacts = {contact};
-    sample.contacts.pairs = {{0, 1}};
-    return sample;
+    return in_contact(kind_a, kind_b, corners, contact);
 }
 
 }  // namespace trocar::test

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "scene/world.hpp"
+#include "support/meshes.hpp"
 #include "support/random_vectors.hpp"
 
 namespace trocar::test {
@@ -161,6 +162,7 @@ struct Part {
     BodyKind kind = BodyKind::tissue;
     Shape shape = {};
     std::string instrument = {};
+    bool closed = true;
 };
 
 inline Frame frame_of(Matrix3X position) {
@@ -177,14 +179,10 @@ inline World make_world(std::string name, const std::vector<Part>& parts) {
     for (const Part& part : parts) {
         Body body{.name = "body" + std::to_string(bodies.size()),
                   .kind = part.kind,
+                  .closed = part.closed,
                   .instrument = part.instrument,
                   .vertex_count = static_cast<Index>(part.shape.vertices.size())};
-        body.triangles.resize(3, static_cast<Eigen::Index>(part.shape.triangles.size()));
-        for (std::size_t t = 0; t < part.shape.triangles.size(); ++t) {
-            for (std::size_t k = 0; k < 3; ++k) {
-                body.triangles(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(t)) = part.shape.triangles[t][k];
-            }
-        }
+        body.triangles = matrix_of(part.shape.triangles);
         bodies.push_back(std::move(body));
         total += part.shape.vertices.size();
     }

@@ -5,6 +5,8 @@
 
 #include <random>
 
+#include "support/base64.hpp"
+
 namespace trocar {
 namespace {
 
@@ -15,28 +17,6 @@ Matrix3X random_positions(Index count, std::mt19937& random, const Vector3& low,
         for (int axis = 0; axis < 3; ++axis) positions(axis, i) = low[axis] + part(random) * (high[axis] - low[axis]);
     }
     return positions;
-}
-
-/// By the letters' own table, so that no code is shared with what is tested.
-std::string from_base64(const std::string& text) {
-    std::string bytes;
-    std::uint32_t bits = 0;
-    int held = 0;
-    for (const char letter : text) {
-        int value = -1;
-        if (letter >= 'A' && letter <= 'Z') value = letter - 'A';
-        if (letter >= 'a' && letter <= 'z') value = letter - 'a' + 26;
-        if (letter >= '0' && letter <= '9') value = letter - '0' + 52;
-        if (letter == '+') value = 62;
-        if (letter == '/') value = 63;
-        if (value < 0) continue;
-        bits = bits << 6U | static_cast<std::uint32_t>(value);
-        held += 6;
-        if (held < 8) continue;
-        held -= 8;
-        bytes += static_cast<char>(bits >> static_cast<unsigned>(held) & 0xffU);
-    }
-    return bytes;
 }
 
 TEST(Quantiser, ACoordinateComesBackToHalfAStep) {
@@ -93,7 +73,7 @@ TEST(Deflated, ZlibGivesTheBytesBack) {
     for (const std::size_t size : {0U, 1U, 2U, 3U, 1000U}) {
         std::string bytes;
         for (std::size_t i = 0; i < size; ++i) bytes += static_cast<char>(i * i % 251);
-        const std::string packed = from_base64(deflated(bytes));
+        const std::string packed = test::from_base64(deflated(bytes));
         std::string back(size + 1, '\0');
         uLongf length = back.size();
         ASSERT_EQ(uncompress(reinterpret_cast<Bytef*>(back.data()), &length,

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "support/program.hpp"
+#include "support/commands.hpp"
 #include "web/web.hpp"
 
 namespace trocar::test {
@@ -34,8 +34,7 @@ protected:
     }
     [[nodiscard]] std::filesystem::path made(const std::string& arguments) const {
         std::filesystem::path page = folder_.path() / "page.html";
-        const ProgramResult result = run_program("view " + arguments + " --output " + page.string());
-        EXPECT_EQ(result.status, 0) << result.err;
+        run_successfully("view " + arguments + " --output " + page.string());
         return page;
     }
     TemporaryFolder folder_;

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "support/program.hpp"
+#include "support/commands.hpp"
 #include "support/scene_samples.hpp"
 #include "view/page.hpp"
 #include "view/view_data.hpp"
@@ -30,26 +30,22 @@ protected:
             {"frames":"closed_loop","scenes":["i2t_poke.json","i2i_cross.json"],"detectors":["ohc"],
              "responses":["unilateral","thesis:profile=faithful","penalty"],
              "contacts":["intersection","tracked_proximity"],"ticks":40}]})";
-        const ProgramResult made = run_program("study " + path("study.json") + " --output " + path("out"));
-        ASSERT_EQ(made.status, 0) << made.err;
+        run_successfully("study " + path("study.json") + " --output " + path("out"));
     }
     TemporaryFolder folder_;
 };
 
 TEST_F(ViewCommand, PageOfASceneReportsEveryTickOfEachResponse) {
     const std::string page = path("page.html");
-    const ProgramResult made =
-        run_program("view " + poke + " --response unilateral --response thesis --ticks 420 --json --output " + page);
-    ASSERT_EQ(made.status, 0) << made.err;
+    const ProgramResult made = run_successfully(
+        "view " + poke + " --response unilateral --response thesis --ticks 420 --json --output " + page);
     EXPECT_EQ(made.err, "");
     const std::string html = read_file(page);
     EXPECT_EQ(nlohmann::json::parse(made.out)["bytes"], html.size());
     EXPECT_LE(html.size(), view_file_bound);
     const nlohmann::json data = view_data(html);
     ASSERT_EQ(data["runs"].size(), 2U);
-    const ProgramResult run = run_program("run " + poke + " --response thesis --ticks 420 --json");
-    ASSERT_EQ(run.status, 0);
-    const nlohmann::json rows = nlohmann::json::parse(run.out)["rows"];
+    const nlohmann::json rows = json_of("run " + poke + " --response thesis --ticks 420 --json")["rows"];
     double deepest = 0.0;
     for (const nlohmann::json& row : rows) deepest = std::max(deepest, row["residual_penetration"].get<double>());
     ASSERT_GT(deepest, 0.0);
@@ -65,8 +61,7 @@ TEST_F(ViewCommand, PageOfASceneReportsEveryTickOfEachResponse) {
 
 TEST_F(ViewCommand, PageOfARecordingHasItsFramesAndNoForce) {
     ASSERT_EQ(run_program("run " + poke + " --ticks 400 --record " + path("frames.trocrec")).status, 0);
-    const ProgramResult made = run_program("view " + path("frames.trocrec") + " --output " + path("page.html"));
-    ASSERT_EQ(made.status, 0) << made.err;
+    run_successfully("view " + path("frames.trocrec") + " --output " + path("page.html"));
     const nlohmann::json data = view_data(read_file(path("page.html")));
     EXPECT_EQ(data["ticks"], 400);
     EXPECT_EQ(data["runs"][0]["worst"]["force"]["tick"], -1);
@@ -80,8 +75,7 @@ TEST_F(ViewCommand, APageReportsHowLongATickOfItsSceneOrRecordingIs) {
     ASSERT_EQ(run_program("run " + path("slow.json") + " --ticks 3 --record " + path("slow.trocrec")).status, 0);
     for (const auto& [source, words] : {std::pair{"slow.json --ticks 3", " triangles, 3 ticks of 2 ms"},
                                         {"slow.trocrec", " triangles, 3 frames 2 ms apart"}}) {
-        const ProgramResult made = run_program("view " + path(source) + " --output " + path("page.html"));
-        ASSERT_EQ(made.status, 0) << made.err;
+        run_successfully("view " + path(source) + " --output " + path("page.html"));
         const nlohmann::json data = view_data(read_file(path("page.html")));
         EXPECT_EQ(data.at("dt").get<double>(), 0.002) << source;
         const std::string about = data.at("about").get<std::string>();
@@ -122,8 +116,7 @@ TEST_F(ViewCommand, NoNameOfASceneLeadsItsPageOutOfTheFolder) {
     std::ofstream(path("a/b/study.json")) << R"({"format":"trocar-study-3","name":"small","experiments":[
         {"frames":"closed_loop","scenes":["evil.json","twin.json"],"detectors":["ohc"],"responses":["unilateral"],
          "ticks":3}]})";
-    const ProgramResult made = run_program("study " + path("a/b/study.json") + " --output " + path("a/b/out"));
-    ASSERT_EQ(made.status, 0) << made.err;
+    const ProgramResult made = run_successfully("study " + path("a/b/study.json") + " --output " + path("a/b/out"));
     EXPECT_TRUE(std::filesystem::exists(path("a/b/out/view/___evil_name.html")));
     EXPECT_NE(made.err.find("another scene's page is ___evil_name.html too"), std::string::npos) << made.err;
     const std::string report = read_file(path("a/b/out/report.html"));
@@ -132,8 +125,7 @@ TEST_F(ViewCommand, NoNameOfASceneLeadsItsPageOutOfTheFolder) {
     EXPECT_EQ(report.find("\"view/___evil_name.html\"", link + 1), std::string::npos);
 
     const std::string program = "cd " + path("a/b") + " && " + TROCAR_PROGRAM;
-    const ProgramResult viewed = run_program("view evil.json --ticks 3", program);
-    ASSERT_EQ(viewed.status, 0) << viewed.err;
+    run_successfully("view evil.json --ticks 3", program);
     EXPECT_TRUE(std::filesystem::exists(path("a/b/___evil_name.html")));
     EXPECT_FALSE(std::filesystem::exists(path("a/evil name.html")));
 }
@@ -142,8 +134,7 @@ TEST_F(ViewCommand, ARecordWhoseRunEndsElsewhereIsReported) {
     ASSERT_NO_FATAL_FAILURE(make_study());
     const std::string scene =
         " --scene " + path("i2t_poke.json") + " --response unilateral --output " + path("page.html");
-    const ProgramResult same = run_program("view " + path("out") + scene);
-    ASSERT_EQ(same.status, 0) << same.err;
+    const ProgramResult same = run_successfully("view " + path("out") + scene);
     EXPECT_EQ(same.err, "");
     std::string records = read_file(path("out/records.jsonl"));
     const std::string key = "\"state_hash\":\"";
@@ -156,8 +147,7 @@ TEST_F(ViewCommand, ARecordWhoseRunEndsElsewhereIsReported) {
     }
     ASSERT_GT(changed, 0U);
     std::ofstream(path("out/records.jsonl")) << records;
-    const ProgramResult other = run_program("view " + path("out") + scene);
-    EXPECT_EQ(other.status, 0) << other.err;
+    const ProgramResult other = run_successfully("view " + path("out") + scene);
     EXPECT_NE(other.err.find("these frames are not those of the record"), std::string::npos) << other.err;
     const nlohmann::json data = view_data(read_file(path("page.html")));
     EXPECT_NE(data["runs"][0]["note"].get<std::string>().find("not those of the record"), std::string::npos);
@@ -176,10 +166,7 @@ TEST_F(ViewCommand, BadInputGetsOneLineAndLeavesNoPage) {
           "view " + std::string(TROCAR_SOURCE_DIR) + "/reports/default --scene nowhere",
           "view " + std::string(TROCAR_SOURCE_DIR) + "/reports/default --scene i2t_poke --response nobody",
           "view " + poke + " --pages"}) {
-        const ProgramResult result = run_program(arguments + page);
-        EXPECT_EQ(result.status, 2) << arguments;
-        EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << arguments << "\n" << result.err;
-        EXPECT_EQ(result.out, "") << arguments;
+        expect_refused(arguments + page);
         EXPECT_FALSE(std::filesystem::exists(path("page.html"))) << arguments;
     }
 }
