@@ -4,10 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include "contact/response_output.hpp"
-#include "method/stepper.hpp"
+#include "method/registry.hpp"
 #include "scene/world.hpp"
 
 namespace trocar::test {
@@ -38,6 +40,22 @@ inline TissueSample make_tissue(const std::vector<Vector3>& points, const std::v
     sample.frame.previous = sample.frame.position;
     sample.frame.velocity = Matrix3X::Zero(3, n);
     return sample;
+}
+
+/// Vertices in a row along x that springs like `one` tie to their neighbours; both ends are pinned.
+inline TissueSample make_chain(Index vertices, double mass, const Spring& one) {
+    std::vector<Vector3> points;
+    std::vector<Spring> springs;
+    for (Index v = 0; v < vertices; ++v) {
+        points.emplace_back(one.rest * v, 0.0, 0.0);
+        if (v == 0) continue;
+        springs.push_back(one);
+        springs.back().i = v - 1;
+        springs.back().j = v;
+    }
+    std::vector<std::uint8_t> pinned(points.size(), 0);
+    pinned.front() = pinned.back() = 1;
+    return make_tissue(points, std::vector<double>(points.size(), mass), pinned, springs);
 }
 
 /// Equilateral lattice inside a circle, pinned rim, springs of stiffness k with preload p k L; vertex 0 is the centre.
@@ -75,6 +93,30 @@ inline ResponseOutput empty_output(const Topology& topology) {
     return output;
 }
 
+/// A stepper, `semi_implicit` where none is given, on a sample of its own, with an output that the test fills.
+struct Stepped {
+    TissueSample s;
+    std::unique_ptr<Stepper> stepper;
+    ResponseOutput output = empty_output(s.topology);
+    std::vector<Wrench> reaction{1};
+
+    explicit Stepped(TissueSample sample, std::unique_ptr<Stepper> by = make_stepper("semi_implicit"))
+        : s(std::move(sample)), stepper(std::move(by)) {
+        stepper->prepare(s.topology, s.materials);
+    }
+    Stepped(const Stepped&) = delete;
+    Stepped& operator=(const Stepped&) = delete;
+    Stepped(Stepped&&) = delete;
+    Stepped& operator=(Stepped&&) = delete;
+    ~Stepped() = default;
+
+    /// One tick of dt (s).
+    [[nodiscard]] Outcome advance(double dt = 1e-3) {
+        reaction.assign(1, {});
+        return stepper->advance(output, dt, s.frame, s.frame, reaction);
+    }
+};
+
 /// One contact of a vertex with a plane.
 inline ContactForceLaw plane_contact(Index vertex, const Vector3& normal, double gap, double k, double mu) {
     ContactForceLaw contact;
@@ -107,13 +149,14 @@ inline bool press_and_pull(Stepper& stepper, TissueSample& sample, double along,
     return true;
 }
 
-/// Advances one tick that must fail: checks that the frame is unchanged and that the outcome has a message.
+/// Advances one tick that must fail: checks that frame and reaction are unchanged and that the outcome has a message.
 inline OutcomeKind refused_tick(Stepper& stepper, const TissueSample& sample, const ResponseOutput& output,
                                 const Frame& from) {
     Frame to = sample.frame;
     std::vector<Wrench> reaction(1);
     const Outcome outcome = stepper.advance(output, 1e-3, from, to, reaction);
     EXPECT_EQ(to.hash(), sample.frame.hash());
+    EXPECT_EQ(reaction[0].force, Vector3(Vector3::Zero()));
     EXPECT_NE(outcome.message, "");
     return outcome.kind;
 }
