@@ -57,8 +57,7 @@ struct PairSample {
     /// Calls the response and returns it. It must outlive the use of `output`, which may refer to the response's
     /// solver.
     std::unique_ptr<Response> respond(const std::string& method) {
-        const MethodSpec spec = parse_method(method);
-        std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
+        std::unique_ptr<Response> response = make_response(method);
         response->prepare(topology, materials);
         test::report_at_tick_start(topology, frame, contacts);
         response->respond(frame, dt, contacts, {}, output);
@@ -81,6 +80,24 @@ struct PairSample {
     /// N, on an instrument at the frame.
     [[nodiscard]] Vector3 shown_force(Index body) const { return test::shown_force(topology, frame, dt, output, body); }
 
+    /// Reports the one contact of the two triangles.
+    void meet(ContactCase kind, const Vector3& point, const Vector3& normal, double depth, double length,
+              Index vertex_b) {
+        Contact contact;
+        contact.a = 0;
+        contact.b = 1;
+        contact.kind = kind;
+        contact.point = point;
+        contact.normal = normal;
+        contact.depth = depth;
+        contact.interval_length = length;
+        contact.interval_direction = Vector3::UnitX();
+        contact.vertex_a = 0;
+        contact.vertex_b = vertex_b;
+        contacts.contacts = {contact};
+        contacts.pairs = {{0, 1}};
+    }
+
 private:
     static constexpr double dt = 1e-3;  // s
 };
@@ -95,19 +112,7 @@ inline PairSample vertex_of_b_in_a(BodyKind kind_a, BodyKind kind_b) {
     corners.col(4) = Vector3(0.004, 0.006, 0.03);
     corners.col(5) = Vector3(0.007, 0.004, 0.03);
     PairSample sample(kind_a, kind_b, corners);
-    Contact contact;
-    contact.a = 0;
-    contact.b = 1;
-    contact.kind = ContactCase::b_enters_a;
-    contact.point = corners.col(3);
-    contact.normal = Vector3::UnitZ();
-    contact.depth = 0.0005;
-    contact.interval_length = 1e-4;
-    contact.interval_direction = Vector3::UnitX();
-    contact.vertex_a = 0;
-    contact.vertex_b = 3;
-    sample.contacts.contacts = {contact};
-    sample.contacts.pairs = {{0, 1}};
+    sample.meet(ContactCase::b_enters_a, corners.col(3), Vector3::UnitZ(), 0.0005, 1e-4, 3);
     return sample;
 }
 
@@ -121,20 +126,19 @@ inline PairSample vertex_of_a_in_b(BodyKind kind_a, BodyKind kind_b) {
     corners.col(4) = Vector3(0.01, 0.0, 0.0);
     corners.col(5) = Vector3(0.0, 0.01, 0.0);
     PairSample sample(kind_a, kind_b, corners);
-    Contact contact;
-    contact.a = 0;
-    contact.b = 1;
-    contact.kind = ContactCase::a_enters_b;
-    contact.point = corners.col(0);
-    contact.normal = -Vector3::UnitZ();
-    contact.depth = 0.0015;
-    contact.interval_length = 1e-4;
-    contact.interval_direction = Vector3::UnitX();
-    contact.vertex_a = 0;
-    contact.vertex_b = 3;
-    sample.contacts.contacts = {contact};
-    sample.contacts.pairs = {{0, 1}};
+    sample.meet(ContactCase::a_enters_b, corners.col(0), -Vector3::UnitZ(), 0.0015, 1e-4, 3);
     return sample;
+}
+
+/// A library's own contact of vertex_of_a_in_b: 2 mm deep, without vertices.
+inline Contact native_contact() {
+    Contact native;
+    native.a = 0;
+    native.b = 1;
+    native.point = Vector3(0.002, 0.003, -0.0007);
+    native.normal = -Vector3::UnitZ();
+    native.depth = 0.002;
+    return native;
 }
 
 /// Crossing edges with an overlap of 0.125 m along +x (case 3.9-a of the data).
@@ -147,19 +151,7 @@ inline PairSample edges_crossing(BodyKind kind_a, BodyKind kind_b) {
     corners.col(4) = Vector3(0.375, 0.0, 0.875);
     corners.col(5) = Vector3(4.0, 0.0, 0.0);
     PairSample sample(kind_a, kind_b, corners);
-    Contact contact;
-    contact.a = 0;
-    contact.b = 1;
-    contact.kind = ContactCase::edges_cross;
-    contact.point = Vector3(0.4375, 0.0, 0.0);
-    contact.normal = Vector3::UnitX();
-    contact.depth = 0.125;
-    contact.interval_length = 0.125;
-    contact.interval_direction = Vector3::UnitX();
-    contact.vertex_a = 0;
-    contact.vertex_b = 4;
-    sample.contacts.contacts = {contact};
-    sample.contacts.pairs = {{0, 1}};
+    sample.meet(ContactCase::edges_cross, Vector3(0.4375, 0.0, 0.0), Vector3::UnitX(), 0.125, 0.125, 4);
     return sample;
 }
 

@@ -1,16 +1,42 @@
 // Brute-force queries on the triangles of a World, as reference for trees.
 #pragma once
 
+#include <algorithm>
 #include <limits>
+#include <vector>
 
+#include "contact/contact_set.hpp"
+#include "geometry/exact.hpp"
 #include "geometry/triangle_distance.hpp"
+#include "support/meshes.hpp"
 #include "support/shapes.hpp"
 
 namespace trocar::test {
 
 inline Corners corners_of(const World& world, Index triangle) {
-    const auto c = world.topology.triangles.col(triangle);
-    return {world.frame.position.col(c[0]), world.frame.position.col(c[1]), world.frame.position.col(c[2])};
+    return corners_of(world.topology.triangles, world.frame.position, triangle);
+}
+
+/// Pairs of triangles of tested bodies that the rational oracle calls meeting, by a double loop.
+inline std::vector<TrianglePair> pairs_of_oracle(const World& world) {
+    std::vector<TrianglePair> pairs;
+    for (const auto& [first, second] : world.topology.body_pairs) {
+        const Range a_range = world.topology.bodies[static_cast<std::size_t>(first)].triangles;
+        const Range b_range = world.topology.bodies[static_cast<std::size_t>(second)].triangles;
+        for (Index a = a_range.first; a < a_range.end(); ++a) {
+            Box box;
+            for (const Vector3& corner : corners_of(world, a)) box.add(corner);
+            for (Index b = b_range.first; b < b_range.end(); ++b) {
+                Box other;
+                for (const Vector3& corner : corners_of(world, b)) other.add(corner);
+                if (box.overlaps(other) && oracle_intersect(corners_of(world, a), corners_of(world, b))) {
+                    pairs.push_back({a, b});
+                }
+            }
+        }
+    }
+    std::sort(pairs.begin(), pairs.end());
+    return pairs;
 }
 
 inline Index nearest_of_all(const World& world, Range triangles, const Vector3& x) {

@@ -1,0 +1,52 @@
+// Points and triangles of lists as matrices.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "geometry/exact.hpp"
+#include "geometry/types.hpp"
+
+namespace trocar::test {
+
+using Faces = std::vector<std::array<Index, 3>>;
+
+inline Matrix3X matrix_of(const std::vector<Vector3>& points) {
+    Matrix3X matrix(3, static_cast<Eigen::Index>(points.size()));
+    for (std::size_t i = 0; i < points.size(); ++i) matrix.col(static_cast<Eigen::Index>(i)) = points[i];
+    return matrix;
+}
+
+inline Triangles matrix_of(const Faces& faces) {
+    Triangles matrix(3, static_cast<Eigen::Index>(faces.size()));
+    for (std::size_t i = 0; i < faces.size(); ++i) {
+        matrix.col(static_cast<Eigen::Index>(i)) << faces[i][0], faces[i][1], faces[i][2];
+    }
+    return matrix;
+}
+
+inline Corners corners_of(const Triangles& triangles, const Matrix3X& position, Index t) {
+    return {position.col(triangles(0, t)), position.col(triangles(1, t)), position.col(triangles(2, t))};
+}
+
+struct TriangleMesh {
+    Matrix3X position;
+    Triangles triangles;
+
+    TriangleMesh(const std::vector<Vector3>& points, const Faces& faces)
+        : position(matrix_of(points)), triangles(matrix_of(faces)) {}
+    [[nodiscard]] Index count() const { return static_cast<Index>(triangles.cols()); }
+    [[nodiscard]] Corners corners(Index t) const { return corners_of(triangles, position, t); }
+};
+
+/// The cube from (0, 0, 0) to (1, 1, 1); bits 0, 1 and 2 of a corner's number are its x, y and z.
+inline const Faces cube_faces{{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},
+                              {2, 6, 7}, {2, 7, 3}, {0, 4, 6}, {0, 6, 2}, {1, 3, 7}, {1, 7, 5}};
+
+inline std::vector<Vector3> cube_points(const Vector3& low, const Vector3& size) {
+    std::vector<Vector3> points;
+    for (int i = 0; i < 8; ++i) points.push_back(low + size.cwiseProduct(Vector3(i & 1, (i >> 1) & 1, (i >> 2) & 1)));
+    return points;
+}
+
+}  // namespace trocar::test
