@@ -9,6 +9,7 @@
 #include "measure/surface_distance.hpp"
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
+#include "support/meshes.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar {
@@ -63,10 +64,7 @@ std::unique_ptr<Detector> JudgeOnAPoke::neutral() {
         void update(const Frame& /*frame*/, double /*query_distance*/) override {}
         void detect(const Frame& frame, ContactSet& contacts) override {
             contacts.clear();
-            const auto corners = [&](Index t) {
-                const auto v = topology_->triangles.col(t);
-                return Corners{frame.position.col(v[0]), frame.position.col(v[1]), frame.position.col(v[2])};
-            };
+            const auto corners = [&](Index t) { return test::corners_of(topology_->triangles, frame.position, t); };
             for (Index a = 0; a < topology_->bodies[0].triangles.end(); ++a) {
                 for (Index b = topology_->bodies[1].triangles.first; b < topology_->bodies[1].triangles.end(); ++b) {
                     if (oracle_intersect_boxed(corners(a), corners(b))) contacts.pairs.push_back({a, b});
