@@ -213,21 +213,22 @@ TEST_P(StepperMotion, ALoadedMembraneSinksAsItsEquationSays) {
 
 TEST_P(StepperMotion, APlaneCarriesWhatLiesOnItAndHoldsWhatSticks) {
     TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
-    const auto stepper = test::stepper_of(GetParam());
-    stepper->prepare(s.topology, s.materials);
-    const auto rest = [&](double along) {
-        s.frame.position.setZero();
-        s.frame.velocity.setZero();
-        ASSERT_TRUE(test::press_and_pull(*stepper, s, along));
-    };
-    rest(0.15);
-    EXPECT_NEAR(stepper->contact_forces()[0].normal, 0.5, 1e-9);
-    EXPECT_NEAR(s.frame.position(2, 0), -0.5 / 1e4, 1e-9);
-    EXPECT_NEAR(stepper->contact_forces()[0].friction, 0.15, 1e-6);
-    EXPECT_NEAR(s.frame.position(0, 0), 0.15 / 2000.0, 1e-8);
-    rest(0.3);  // more than 0.4 of 0.5 N can hold: 0.1 N is left for 1 g
-    EXPECT_NEAR(stepper->contact_forces()[0].friction, 0.2, 1e-9);
-    EXPECT_NEAR(s.frame.velocity(0, 0), 100.0 * 0.4, 0.4);
+    for (const int substeps : {1, 4}) {
+        s.materials.substeps = substeps;
+        test::Stepped p(s, test::stepper_of(GetParam()));
+        ASSERT_NO_FATAL_FAILURE(test::press_and_pull(p, 0.15));
+        EXPECT_NEAR(p.stepper->contact_forces()[0].normal, 0.5, 1e-9);
+        EXPECT_NEAR(p.s.frame.position(2, 0), -0.5 / 1e4, 1e-9);
+        EXPECT_NEAR(p.stepper->contact_forces()[0].friction, 0.15, 1e-6);
+        EXPECT_NEAR(p.stepper->contact_forces()[0].slip, 0.15 / 2000.0, 1e-7);
+        EXPECT_NEAR(p.s.frame.position(0, 0), 0.15 / 2000.0, 1e-8);
+        // More than 0.4 of 0.5 N can hold: 0.1 N is left for 1 g.
+        p.s.frame = s.frame;
+        ASSERT_NO_FATAL_FAILURE(test::press_and_pull(p, 0.3));
+        EXPECT_NEAR(p.stepper->contact_forces()[0].friction, 0.2, 1e-9);
+        EXPECT_NEAR(p.stepper->contact_forces()[0].slip, 0.2 / 2000.0, 1e-7);
+        EXPECT_NEAR(p.s.frame.velocity(0, 0), 100.0 * 0.4, 0.4);
+    }
 }
 
 TEST_P(StepperMotion, WhatCannotGoOnHasANameAndLeavesTheFrameAlone) {

@@ -80,27 +80,21 @@ struct PairSample {
     /// N, on an instrument at the frame.
     [[nodiscard]] Vector3 shown_force(Index body) const { return test::shown_force(topology, frame, dt, output, body); }
 
-    /// Reports the one contact of the two triangles.
-    void meet(ContactCase kind, const Vector3& point, const Vector3& normal, double depth, double length,
-              Index vertex_b) {
-        Contact contact;
-        contact.a = 0;
-        contact.b = 1;
-        contact.kind = kind;
-        contact.point = point;
-        contact.normal = normal;
-        contact.depth = depth;
-        contact.interval_length = length;
-        contact.interval_direction = Vector3::UnitX();
-        contact.vertex_a = 0;
-        contact.vertex_b = vertex_b;
-        contacts.contacts = {contact};
-        contacts.pairs = {{0, 1}};
-    }
-
 private:
     static constexpr double dt = 1e-3;  // s
 };
+
+/// Two triangles in one contact, whose interval lies along x and whose vertex of a is the first.
+inline PairSample in_contact(BodyKind kind_a, BodyKind kind_b, const Matrix3X& corners, Contact contact) {
+    contact.a = 0;
+    contact.b = 1;
+    contact.vertex_a = 0;
+    contact.interval_direction = Vector3::UnitX();
+    PairSample sample(kind_a, kind_b, corners);
+    sample.contacts.contacts = {contact};
+    sample.contacts.pairs = {{0, 1}};
+    return sample;
+}
 
 /// Face of body a is in the plane z = 0 (normal +z) around the origin; vertex 3, of body b, lies 0.5 mm below it.
 inline PairSample vertex_of_b_in_a(BodyKind kind_a, BodyKind kind_b) {
@@ -111,9 +105,14 @@ inline PairSample vertex_of_b_in_a(BodyKind kind_a, BodyKind kind_b) {
     corners.col(3) = Vector3(0.004, 0.005, -0.0005);
     corners.col(4) = Vector3(0.004, 0.006, 0.03);
     corners.col(5) = Vector3(0.007, 0.004, 0.03);
-    PairSample sample(kind_a, kind_b, corners);
-    sample.meet(ContactCase::b_enters_a, corners.col(3), Vector3::UnitZ(), 0.0005, 1e-4, 3);
-    return sample;
+    Contact contact;
+    contact.kind = ContactCase::b_enters_a;
+    contact.point = corners.col(3);
+    contact.normal = Vector3::UnitZ();
+    contact.depth = 0.0005;
+    contact.interval_length = 1e-4;
+    contact.vertex_b = 3;
+    return in_contact(kind_a, kind_b, corners, contact);
 }
 
 /// Face of body b is in the plane z = 0 (normal +z); vertex 0, of body a, lies 1.5 mm below it.
@@ -125,9 +124,14 @@ inline PairSample vertex_of_a_in_b(BodyKind kind_a, BodyKind kind_b) {
     corners.col(3) = Vector3(0.0, 0.0, 0.0);
     corners.col(4) = Vector3(0.01, 0.0, 0.0);
     corners.col(5) = Vector3(0.0, 0.01, 0.0);
-    PairSample sample(kind_a, kind_b, corners);
-    sample.meet(ContactCase::a_enters_b, corners.col(0), -Vector3::UnitZ(), 0.0015, 1e-4, 3);
-    return sample;
+    Contact contact;
+    contact.kind = ContactCase::a_enters_b;
+    contact.point = corners.col(0);
+    contact.normal = -Vector3::UnitZ();
+    contact.depth = 0.0015;
+    contact.interval_length = 1e-4;
+    contact.vertex_b = 3;
+    return in_contact(kind_a, kind_b, corners, contact);
 }
 
 /// A library's own contact of vertex_of_a_in_b: 2 mm deep, without vertices.
@@ -150,9 +154,14 @@ inline PairSample edges_crossing(BodyKind kind_a, BodyKind kind_b) {
     corners.col(3) = Vector3(0.375, 0.0, -1.0);
     corners.col(4) = Vector3(0.375, 0.0, 0.875);
     corners.col(5) = Vector3(4.0, 0.0, 0.0);
-    PairSample sample(kind_a, kind_b, corners);
-    sample.meet(ContactCase::edges_cross, Vector3(0.4375, 0.0, 0.0), Vector3::UnitX(), 0.125, 0.125, 4);
-    return sample;
+    Contact contact;
+    contact.kind = ContactCase::edges_cross;
+    contact.point = Vector3(0.4375, 0.0, 0.0);
+    contact.normal = Vector3::UnitX();
+    contact.depth = 0.125;
+    contact.interval_length = 0.125;
+    contact.vertex_b = 4;
+    return in_contact(kind_a, kind_b, corners, contact);
 }
 
 }  // namespace trocar::test

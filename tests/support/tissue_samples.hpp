@@ -130,23 +130,19 @@ inline ContactForceLaw plane_contact(Index vertex, const Vector3& normal, double
 }
 
 /// Runs 400 ticks of 1 ms. 0.5 N press the vertex of a sample on the plane z = 0, and `along` N pull it along x. The
-/// contact has 10⁴ N/m, friction 0.4 and a tangential spring of 2000 N/m. `times` scales forces and springs. True when
-/// all ticks end ok.
-inline bool press_and_pull(Stepper& stepper, TissueSample& sample, double along, double times = 1.0) {
-    ResponseOutput output = empty_output(sample.topology);
-    std::vector<Wrench> reaction(1);
+/// contact has 10⁴ N/m, friction 0.4 and a tangential spring of 2000 N/m. `times` scales forces and springs.
+inline void press_and_pull(Stepped& p, double along, double times = 1.0) {
     for (int tick = 0; tick < 400; ++tick) {
-        output.clear();
-        output.held_force.col(0) = times * Vector3(along, 0.0, -0.5);
+        p.output.clear();
+        p.output.held_force.col(0) = times * Vector3(along, 0.0, -0.5);
         ContactForceLaw contact =
-            plane_contact(0, Vector3::UnitZ(), sample.frame.position(2, 0), 1e4 * times, 5.0 * times);
+            plane_contact(0, Vector3::UnitZ(), p.s.frame.position(2, 0), 1e4 * times, 5.0 * times);
         contact.friction = 0.4;
         contact.tangent_k = 2000.0 * times;
         contact.slip_key = 0;
-        output.contacts.push_back(contact);
-        if (!stepper.advance(output, 1e-3, sample.frame, sample.frame, reaction).ok()) return false;
+        p.output.contacts.push_back(contact);
+        ASSERT_TRUE(p.advance().ok());
     }
-    return true;
 }
 
 /// Advances one tick that must fail: checks that frame and reaction are unchanged and that the outcome has a message.

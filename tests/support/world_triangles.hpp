@@ -17,6 +17,12 @@ inline Corners corners_of(const World& world, Index triangle) {
     return corners_of(world.topology.triangles, world.frame.position, triangle);
 }
 
+inline Box box_of(const World& world, Index triangle) {
+    Box box;
+    for (const Vector3& corner : corners_of(world, triangle)) box.add(corner);
+    return box;
+}
+
 /// Pairs of triangles of tested bodies that the rational oracle calls meeting, by a double loop.
 inline std::vector<TrianglePair> pairs_of_oracle(const World& world) {
     std::vector<TrianglePair> pairs;
@@ -24,12 +30,9 @@ inline std::vector<TrianglePair> pairs_of_oracle(const World& world) {
         const Range a_range = world.topology.bodies[static_cast<std::size_t>(first)].triangles;
         const Range b_range = world.topology.bodies[static_cast<std::size_t>(second)].triangles;
         for (Index a = a_range.first; a < a_range.end(); ++a) {
-            Box box;
-            for (const Vector3& corner : corners_of(world, a)) box.add(corner);
+            const Box box = box_of(world, a);
             for (Index b = b_range.first; b < b_range.end(); ++b) {
-                Box other;
-                for (const Vector3& corner : corners_of(world, b)) other.add(corner);
-                if (box.overlaps(other) && oracle_intersect(corners_of(world, a), corners_of(world, b))) {
+                if (box.overlaps(box_of(world, b)) && oracle_intersect(corners_of(world, a), corners_of(world, b))) {
                     pairs.push_back({a, b});
                 }
             }

@@ -928,17 +928,16 @@ TEST(AdaptiveMultires, CoulombsLawHoldsHoweverSmallTheForcesAre) {
     // Of a mass on a plane under 0.5 N, friction 0.4: 0.15 N along it stretch a spring of 2000 N/m, 0.3 N leave 0.1 N
     // for 1 g. Where mass, forces and springs are so many times larger, so is the friction and nothing else.
     const auto hold = [](double size, double along, const char* tolerance, double bound) {
-        test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3 * size}, {0}, {});
-        const auto stepper = make_stepper("adaptive_multires", {{"whole", "0"}, {"tolerance", tolerance}});
-        stepper->prepare(s.topology, s.materials);
-        ASSERT_TRUE(test::press_and_pull(*stepper, s, along, size));
-        const ContactForce& load = stepper->contact_forces()[0];
+        test::Stepped p(test::make_tissue({Vector3::Zero()}, {1e-3 * size}, {0}, {}),
+                        make_stepper("adaptive_multires", {{"whole", "0"}, {"tolerance", tolerance}}));
+        ASSERT_NO_FATAL_FAILURE(test::press_and_pull(p, along, size));
+        const ContactForce& load = p.stepper->contact_forces()[0];
         EXPECT_NEAR(load.normal, 0.5 * size, bound * size) << size << ", " << tolerance;
         EXPECT_NEAR(load.friction, std::min(along, 0.2) * size, 1e-3 * size) << size << ", " << along;
         if (along < 0.2) {
-            EXPECT_NEAR(s.frame.position(0, 0), along / 2000.0, 1e-6) << size;
+            EXPECT_NEAR(p.s.frame.position(0, 0), along / 2000.0, 1e-6) << size;
         } else {
-            EXPECT_NEAR(s.frame.velocity(0, 0), 100.0 * 0.4, 0.4) << size;
+            EXPECT_NEAR(p.s.frame.velocity(0, 0), 100.0 * 0.4, 0.4) << size;
         }
     };
     for (const double size : {1e-5, 1.0, 1e3}) {
