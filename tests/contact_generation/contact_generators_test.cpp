@@ -38,11 +38,8 @@ Scene scene_of(const Case& one) {
                      "{\"time\":0.04,");
         return scene_from_text(text);
     }
-    Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/" + one.scene + ".json", std::nullopt);
-    for (SceneBody& body : scene.bodies) {
-        if (!body.motion) continue;
-        for (MotionKey& key : body.motion->keys) key.time /= one.faster;
-    }
+    Scene scene = test::shipped_scene(one.scene);
+    speed_up(scene, one.faster);
     return scene;
 }
 

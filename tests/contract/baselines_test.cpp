@@ -9,6 +9,7 @@
 #include "measure/pair_truth.hpp"
 #include "measure/space_time.hpp"
 #include "method/registry.hpp"
+#include "support/methods.hpp"
 #include "support/shapes.hpp"
 
 namespace trocar::test {
@@ -16,10 +17,7 @@ namespace {
 
 using Settings = std::map<std::string, std::string>;
 
-bool is_here(const std::string& name) {
-    const auto& all = registry().detectors();
-    return std::any_of(all.begin(), all.end(), [&name](const DetectorEntry& entry) { return entry.name == name; });
-}
+bool is_here(const std::string& name) { return is_registered(registry().detectors(), name); }
 
 ContactSet answer(const World& world, const std::string& name, const Settings& settings) {
     const auto detector = make_detector(name, settings);

@@ -31,11 +31,6 @@ std::vector<std::filesystem::path> gap_files() {
 
 void add_gap_file(const std::filesystem::path& file) { added_gap_files().push_back(file); }
 
-Corners corners(const World& world, Index triangle) {
-    const auto v = world.topology.triangles.col(triangle);
-    return {world.frame.position.col(v(0)), world.frame.position.col(v(1)), world.frame.position.col(v(2))};
-}
-
 World sphere_in_sheet() {
     return make_world("sphere through a sheet", {{BodyKind::instrument, sphere(0.03, 14).move({0.003, 0.001, 0.011})},
                                                  {BodyKind::tissue, sheet(0.1, 20).shake(0.0004, 1)}});

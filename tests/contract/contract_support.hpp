@@ -8,10 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/exact.hpp"
 #include "measure/permutation.hpp"
 #include "method/registry.hpp"
-#include "support/shapes.hpp"
+#include "support/world_triangles.hpp"
 
 namespace trocar::test {
 
@@ -32,8 +31,6 @@ std::vector<World> zero_area_scenes();
 
 World moved(World world, const Vector3& by);
 World scaled(World world, double factor);
-
-Corners corners(const World& world, Index triangle);
 
 // ---- questions ----
 

@@ -11,31 +11,6 @@
 namespace trocar::test {
 namespace {
 
-// ---- what is expected ----
-
-/// Every pair by a double loop and the rational oracle: shares nothing with any detector.
-Pairs expected_pairs(const World& world) {
-    Pairs pairs;
-    std::vector<Box> boxes;
-    for (Index t = 0; t < world.topology.triangle_count(); ++t) {
-        Box box;
-        for (const Vector3& corner : corners(world, t)) box.add(corner);
-        boxes.push_back(box);
-    }
-    for (const auto& [first, second] : world.topology.body_pairs) {
-        const Range a_range = world.topology.bodies[static_cast<std::size_t>(first)].triangles;
-        const Range b_range = world.topology.bodies[static_cast<std::size_t>(second)].triangles;
-        for (Index a = a_range.first; a < a_range.end(); ++a) {
-            for (Index b = b_range.first; b < b_range.end(); ++b) {
-                if (!boxes[static_cast<std::size_t>(a)].overlaps(boxes[static_cast<std::size_t>(b)])) continue;
-                if (oracle_intersect(corners(world, a), corners(world, b))) pairs.push_back({a, b});
-            }
-        }
-    }
-    std::sort(pairs.begin(), pairs.end());
-    return pairs;
-}
-
 /// Empty when equal, else how the two sets differ.
 std::string difference(std::string_view where, const ContactSet& contacts, const Pairs& expected) {
     if (!contacts.outcome.ok()) {
@@ -56,14 +31,14 @@ std::string difference(std::string_view where, const ContactSet& contacts, const
 std::string compare(const DetectorEntry& entry, const World& world, const Settings& settings = {}) {
     std::string where = world.name;
     for (const auto& [key, value] : settings) where += fmt::format(" {}={}", key, value);
-    return difference(where, answer_of(entry, world, settings), expected_pairs(world));
+    return difference(where, answer_of(entry, world, settings), pairs_of_oracle(world));
 }
 
 // ---- checks: empty text = kept ----
 
 std::string same_pairs_as_the_oracle(const DetectorEntry& entry) {
     return over(general_scenes(), [&entry](const World& world) {
-        if (expected_pairs(world).size() < 10) return world.name + ": too few pairs for a test\n";
+        if (pairs_of_oracle(world).size() < 10) return world.name + ": too few pairs for a test\n";
         return compare(entry, world);
     });
 }
@@ -72,7 +47,7 @@ std::string long_triangles(const DetectorEntry& entry) {
 }
 std::string touching_pairs_are_found(const DetectorEntry& entry) {
     return over(touching_scenes(), [&entry](const World& world) {
-        if (expected_pairs(world).empty()) return world.name + ": too few pairs for a test\n";
+        if (pairs_of_oracle(world).empty()) return world.name + ": too few pairs for a test\n";
         return compare(entry, world);
     });
 }
@@ -300,7 +275,7 @@ std::string every_choice_answers_alike(const DetectorEntry& entry) {
     std::vector<World> worlds = long_triangle_scenes();
     worlds.push_back(shaft_in_slab());
     for (const World& world : worlds) {
-        const Pairs expected = expected_pairs(world);
+        const Pairs expected = pairs_of_oracle(world);
         for (const Parameter& parameter : entry.parameters) {
             std::vector<std::string> values = parameter.choices;
             values.insert(values.end(), parameter.words.begin(), parameter.words.end());

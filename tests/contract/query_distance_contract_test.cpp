@@ -31,12 +31,12 @@ Near expected_near(const World& world, double query_distance) {
         std::vector<Corners> others;
         std::vector<Box> boxes;
         for (Index b = b_range.first; b < b_range.end(); ++b) {
-            others.push_back(corners(world, b));
+            others.push_back(corners_of(world, b));
             boxes.emplace_back();
             for (const Vector3& corner : others.back()) boxes.back().add(corner);
         }
         for (Index a = a_range.first; a < a_range.end(); ++a) {
-            const Corners one = corners(world, a);
+            const Corners one = corners_of(world, a);
             Box around;
             for (const Vector3& corner : one) around.add(corner);
             around.min.array() -= 2.0 * query_distance;
@@ -102,7 +102,7 @@ std::string difference(const std::string& where, const ContactSet& contacts, con
 double mean_edge(const World& world) {
     double sum = 0.0;
     for (Index t = 0; t < world.topology.triangle_count(); ++t) {
-        const Corners c = corners(world, t);
+        const Corners c = corners_of(world, t);
         for (std::size_t k = 0; k < 3; ++k) sum += (c[(k + 1) % 3] - c[k]).norm();
     }
     return sum / (3.0 * std::max<Index>(1, world.topology.triangle_count()));

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 #include <iostream>
-#include <nlohmann/json.hpp>
 
 #include "contract/contract_support.hpp"
 #include "contract/shipped_folder.hpp"
 #include "method/outside.hpp"
-#include "support/program.hpp"
+#include "support/methods.hpp"
+#include "support/scene_samples.hpp"
 #include "support/test_name.hpp"
 
 namespace trocar::test {
@@ -33,15 +33,7 @@ std::vector<ResponseMethod> response_methods() {
     std::vector<ResponseMethod> list;
     for (const ResponseEntry& entry : registry().responses()) {
         if (entry.control) continue;
-        std::vector<std::string> methods{entry.name};
-        for (const Parameter& parameter : entry.parameters) {
-            if (parameter.name != "profile" && parameter.name != "setting") continue;
-            for (const std::string& choice : parameter.choices) {
-                if (choice != parameter.default_value)
-                    methods.push_back(entry.name + ":" + parameter.name + "=" + choice);
-            }
-        }
-        for (const std::string& method : methods) {
+        for (const std::string& method : variants_of(entry, {"profile", "setting"})) {
             for (const std::string& source : entry.contact_generators) {
                 const ContactGeneratorEntry& from = registry().contact_generator(source);
                 if (!why_unreadable(from, parse_method(method)).empty() || detector_for(from).empty()) continue;
@@ -54,10 +46,7 @@ std::vector<ResponseMethod> response_methods() {
 
 Scene quick_scene(const std::string& name, double faster) {
     Scene scene = read_scene(shipped_folder() / "scenes" / (name + ".json"), std::nullopt);
-    for (SceneBody& body : scene.bodies) {
-        if (!body.motion) continue;
-        for (MotionKey& key : body.motion->keys) key.time /= faster;
-    }
+    speed_up(scene, faster);
     return scene;
 }
 

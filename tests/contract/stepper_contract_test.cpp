@@ -21,21 +21,20 @@ INSTANTIATE_TEST_SUITE_P(Every, StepperContract, ::testing::ValuesIn(test::stepp
                          [](const auto& one) { return test::test_name(one.param); });
 
 /// A pinned disc that three contacts press on; all react on body 0.
-struct Pressed {
-    test::TissueSample s = test::make_disc(0.05, 0.01, 100.0, 0.2, 1e-4);
-    std::unique_ptr<Stepper> stepper;
-    ResponseOutput output = test::empty_output(s.topology);
-    std::vector<Wrench> reaction{1};
+struct Pressed : test::Stepped {
     Matrix3X start = s.frame.position;
     std::vector<Index> free;  ///< vertices that are not pinned
 
-    explicit Pressed(const std::string& name) : stepper(test::stepper_of(name)) {
-        s.materials.substeps = 4;
-        s.materials.strain_limit = 0.1;
-        stepper->prepare(s.topology, s.materials);
+    explicit Pressed(const std::string& name) : Stepped(disc(), test::stepper_of(name)) {
         for (Index v = 0; v < s.topology.vertex_count; ++v) {
             if (s.materials.pinned[static_cast<std::size_t>(v)] == 0) free.push_back(v);
         }
+    }
+    static test::TissueSample disc() {
+        test::TissueSample s = test::make_disc(0.05, 0.01, 100.0, 0.2, 1e-4);
+        s.materials.substeps = 4;
+        s.materials.strain_limit = 0.1;
+        return s;
     }
     /// Planes that come down at 0.1 m/s; the first contact gives way at 20 mN, the second has friction.
     void press(int tick) {
@@ -61,11 +60,7 @@ struct Pressed {
     }
     void step(int tick) {
         press(tick);
-        advance();
-    }
-    void advance() {
-        reaction.assign(1, {});
-        const Outcome outcome = stepper->advance(output, dt, s.frame, s.frame, reaction);
+        const Outcome outcome = advance();
         ASSERT_TRUE(outcome.ok()) << outcome.message;
     }
 };
@@ -105,19 +100,16 @@ TEST_P(StepperContract, TheTissueGetsWhatALimitLeaves) {
     // A free vertex without springs: all that moves it is the contact.
     test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
     s.materials.substeps = 4;
-    const auto stepper = test::stepper_of(GetParam());
-    stepper->prepare(s.topology, s.materials);
+    test::Stepped p(s, test::stepper_of(GetParam()));
+    p.output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 1e4, 0.0));
+    p.output.contacts.back().limit = 0.5;
+    p.output.contacts.back().reaction_body = 0;
     for (const bool held : {false, true}) {
-        ResponseOutput output = test::empty_output(s.topology);
-        output.contact_timing = held ? ContactTiming::at_tick_start : ContactTiming::implicit;
-        output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 1e4, 0.0));
-        output.contacts.back().limit = 0.5;
-        output.contacts.back().reaction_body = 0;
-        std::vector<Wrench> reaction(1);
-        const double before = s.frame.velocity(2, 0);
-        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
-        EXPECT_NEAR(s.frame.velocity(2, 0) - before, 0.5 * dt / 1e-3, 1e-12) << held;
-        EXPECT_NEAR(reaction[0].force.z(), -0.5, 1e-12) << held;
+        p.output.contact_timing = held ? ContactTiming::at_tick_start : ContactTiming::implicit;
+        const double before = p.s.frame.velocity(2, 0);
+        ASSERT_TRUE(p.advance().ok());
+        EXPECT_NEAR(p.s.frame.velocity(2, 0) - before, 0.5 * dt / 1e-3, 1e-12) << held;
+        EXPECT_NEAR(p.reaction[0].force.z(), -0.5, 1e-12) << held;
     }
 }
 
@@ -128,14 +120,11 @@ TEST_P(StepperContract, TheForceOfAContactIsTakenFromTheStateThatTheOutputNames)
     const auto rate_after_a_tick = [&](ContactTiming timing) {
         test::TissueSample s = test::make_tissue({Vector3::Zero()}, {m}, {0}, {});
         s.materials.substeps = 4;
-        const auto stepper = test::stepper_of(GetParam());
-        stepper->prepare(s.topology, s.materials);
-        ResponseOutput output = test::empty_output(s.topology);
-        output.contact_timing = timing;
-        output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, k, 0.0));
-        std::vector<Wrench> reaction(1);
-        EXPECT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
-        return s.frame.velocity(2, 0);
+        test::Stepped p(s, test::stepper_of(GetParam()));
+        p.output.contact_timing = timing;
+        p.output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, k, 0.0));
+        EXPECT_TRUE(p.advance().ok());
+        return p.s.frame.velocity(2, 0);
     };
     EXPECT_NEAR(rate_after_a_tick(ContactTiming::at_tick_start), k * 0.002 * dt / m, 1e-14);
     const double substep = rate_after_a_tick(ContactTiming::at_substep_start);
@@ -190,14 +179,11 @@ TEST_P(StepperContract, NoContactPressesUnlessASubStepEndsInside) {
                 test::TissueSample s = test::make_tissue({Vector3::Zero()}, {m}, {0}, {});
                 s.materials.substeps = 4;
                 s.frame.velocity(2, 0) = rate;
-                const auto stepper = test::stepper_of(GetParam());
-                stepper->prepare(s.topology, s.materials);
-                ResponseOutput output = test::empty_output(s.topology);
-                output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -depth, k, mu));
-                std::vector<Wrench> reaction(1);
-                ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
-                const double after = s.frame.velocity(2, 0);
-                const double given = stepper->contact_forces()[0].normal;
+                test::Stepped p(s, test::stepper_of(GetParam()));
+                p.output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -depth, k, mu));
+                ASSERT_TRUE(p.advance().ok());
+                const double after = p.s.frame.velocity(2, 0);
+                const double given = p.stepper->contact_forces()[0].normal;
                 EXPECT_NEAR(m * (after - rate), given * dt, 1e-12);
                 for (int steps = 1; steps <= 64; ++steps) {
                     double expected = rate;
@@ -222,9 +208,7 @@ TEST_P(StepperContract, AnEdgeHeldAgainstAnEdgeIsPushedWhereTheyCross) {
     // Two free vertices of 1 g, 1 cm apart; an edge along y crosses theirs at 0, a quarter, a half and beyond its end.
     for (const double place : {0.0, 0.25, 0.5, 1.5}) {
         test::TissueSample s = test::make_tissue({Vector3::Zero(), Vector3(0.01, 0.0, 0.0)}, {1e-3, 1e-3}, {0, 0}, {});
-        const auto stepper = test::stepper_of(GetParam());
-        stepper->prepare(s.topology, s.materials);
-        ResponseOutput output = test::empty_output(s.topology);
+        test::Stepped p(s, test::stepper_of(GetParam()));
         const double path = std::min(place, 1.0);
         ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 10.0, 0.0);
         contact.role = ContactRole::constraint;
@@ -233,11 +217,10 @@ TEST_P(StepperContract, AnEdgeHeldAgainstAnEdgeIsPushedWhereTheyCross) {
         contact.weights = {1.0 - path, path, 0.0};
         contact.other_edge = Vector3::UnitY();
         contact.other_point = Vector3(0.01 * place, 0.003, 1e-4);
-        output.contacts.push_back(contact);
-        std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
-        const double first = s.frame.velocity(2, 0);
-        const double second = s.frame.velocity(2, 1);
+        p.output.contacts.push_back(contact);
+        ASSERT_TRUE(p.advance().ok());
+        const double first = p.s.frame.velocity(2, 0);
+        const double second = p.s.frame.velocity(2, 1);
         EXPECT_GT(first + second, 0.0);
         EXPECT_NEAR(second / (first + second), path, 1e-3) << place;
     }
@@ -247,22 +230,19 @@ TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitYields) {
     // A vertex that a plane from below and one from above press together by 2 mm: the first yields at 0.3 N, so that
     // the other is left 0.3 N / 1000 N/m deep.
     test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-4}, {0}, {});
-    const auto stepper = test::stepper_of(GetParam());
-    stepper->prepare(s.topology, s.materials);
-    ResponseOutput output = test::empty_output(s.topology);
-    std::vector<Wrench> reaction(1);
+    test::Stepped p(s, test::stepper_of(GetParam()));
     for (int tick = 0; tick < 500; ++tick) {
-        const double z = s.frame.position(2, 0);
-        output.clear();
-        output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), z - 0.001, 1e5, 10.0));
-        output.contacts.back().limit = 0.3;
-        output.contacts.push_back(test::plane_contact(0, -Vector3::UnitZ(), -0.001 - z, 1000.0, 1.0));
-        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
+        const double z = p.s.frame.position(2, 0);
+        p.output.clear();
+        p.output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), z - 0.001, 1e5, 10.0));
+        p.output.contacts.back().limit = 0.3;
+        p.output.contacts.push_back(test::plane_contact(0, -Vector3::UnitZ(), -0.001 - z, 1000.0, 1.0));
+        ASSERT_TRUE(p.advance().ok());
     }
-    EXPECT_NEAR(s.frame.position(2, 0), -0.001 + 0.0003, 1e-9);
-    EXPECT_NEAR(stepper->contact_forces()[0].normal, 0.3, 1e-12);
-    EXPECT_NEAR(stepper->contact_forces()[1].normal, 0.3, 1e-6);
-    EXPECT_TRUE(stepper->contact_forces()[0].at_limit);
+    EXPECT_NEAR(p.s.frame.position(2, 0), -0.001 + 0.0003, 1e-9);
+    EXPECT_NEAR(p.stepper->contact_forces()[0].normal, 0.3, 1e-12);
+    EXPECT_NEAR(p.stepper->contact_forces()[1].normal, 0.3, 1e-6);
+    EXPECT_TRUE(p.stepper->contact_forces()[0].at_limit);
 }
 
 TEST_P(StepperContract, AFaceHeldAgainstTissueThatNothingMovesIsPushedByItsWeights) {
@@ -273,9 +253,7 @@ TEST_P(StepperContract, AFaceHeldAgainstTissueThatNothingMovesIsPushedByItsWeigh
     test::TissueSample s =
         test::make_tissue({Vector3(0.02, 0.03, 0.0), Vector3(0.03, 0.03, 0.0), Vector3(0.02, 0.04, 0.0), foot},
                           {1e-3, 1e-3, 1e-3, 1e-3}, {0, 0, 0, 1}, {});
-    const auto stepper = test::stepper_of(GetParam());
-    stepper->prepare(s.topology, s.materials);
-    ResponseOutput output = test::empty_output(s.topology);
+    test::Stepped p(s, test::stepper_of(GetParam()));
     ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 100.0, 0.0);
     contact.role = ContactRole::constraint;
     contact.source_id = 1;
@@ -283,15 +261,14 @@ TEST_P(StepperContract, AFaceHeldAgainstTissueThatNothingMovesIsPushedByItsWeigh
     contact.weights = weights;
     contact.reaction_vertices = {3, -1, -1};
     contact.reaction_weights = {1.0, 0.0, 0.0};
-    output.contacts.push_back(contact);
-    std::vector<Wrench> reaction(1);
-    ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
-    const double impulse = stepper->contact_forces()[0].normal * dt;
+    p.output.contacts.push_back(contact);
+    ASSERT_TRUE(p.advance().ok());
+    const double impulse = p.stepper->contact_forces()[0].normal * dt;
     EXPECT_GT(impulse, 0.0);
     for (Index v = 0; v < 3; ++v) {
-        EXPECT_NEAR(s.frame.velocity(2, v), weights[static_cast<std::size_t>(v)] * impulse / 1e-3, 1e-12) << v;
+        EXPECT_NEAR(p.s.frame.velocity(2, v), weights[static_cast<std::size_t>(v)] * impulse / 1e-3, 1e-12) << v;
     }
-    EXPECT_EQ(s.frame.position.col(3), foot);
+    EXPECT_EQ(p.s.frame.position.col(3), foot);
 }
 
 TEST_P(StepperContract, AReactionOnAnEdgeIsTakenWhicheverCornerIsLeftOut) {
@@ -299,20 +276,17 @@ TEST_P(StepperContract, AReactionOnAnEdgeIsTakenWhicheverCornerIsLeftOut) {
         test::TissueSample s =
             test::make_tissue({Vector3(0.0, 0.0, 0.0), Vector3(-0.01, 0.0, 0.0), Vector3(0.01, 0.0, 0.0)},
                               {1e-3, 1e-3, 1e-3}, {0, 0, 0}, {});
-        const auto stepper = test::stepper_of(GetParam());
-        stepper->prepare(s.topology, s.materials);
-        ResponseOutput output = test::empty_output(s.topology);
+        test::Stepped p(s, test::stepper_of(GetParam()));
         ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 100.0, 0.0);
         contact.reaction_vertices = packed ? std::array<Index, 3>{1, 2, -1} : std::array<Index, 3>{-1, 1, 2};
         contact.reaction_weights =
             packed ? std::array<double, 3>{0.25, 0.75, 0.0} : std::array<double, 3>{0.0, 0.25, 0.75};
-        output.contacts.push_back(contact);
-        std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
-        const double momentum = 1e-3 * s.frame.velocity(2, 0);
+        p.output.contacts.push_back(contact);
+        ASSERT_TRUE(p.advance().ok());
+        const double momentum = 1e-3 * p.s.frame.velocity(2, 0);
         EXPECT_GT(momentum, 0.0);
-        EXPECT_NEAR(1e-3 * s.frame.velocity(2, 1), -0.25 * momentum, 1e-9 * momentum) << packed;
-        EXPECT_NEAR(1e-3 * s.frame.velocity(2, 2), -0.75 * momentum, 1e-9 * momentum) << packed;
+        EXPECT_NEAR(1e-3 * p.s.frame.velocity(2, 1), -0.25 * momentum, 1e-9 * momentum) << packed;
+        EXPECT_NEAR(1e-3 * p.s.frame.velocity(2, 2), -0.75 * momentum, 1e-9 * momentum) << packed;
     }
 }
 
@@ -339,7 +313,7 @@ TEST_P(StepperContract, NothingHasGoneFurtherThanItSays) {
             p.output.position_corrections.push_back({.vertex = p.free[5], .position = place});
         }
         const Matrix3X before = p.s.frame.position;
-        p.advance();
+        ASSERT_TRUE(p.advance().ok());
         const double furthest = (p.s.frame.position - before).colwise().norm().maxCoeff();
         EXPECT_GE(p.stepper->largest_move(), furthest) << tick;
         EXPECT_LE(p.stepper->largest_move(), 20.0 * furthest) << tick << ": a bound that reports nothing";
@@ -406,38 +380,30 @@ Carried carried_by_volume() {
 }
 
 TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsCarriesItsLoad) {
-    Carried one = carried_by_volume();
-    const auto stepper = test::stepper_of(GetParam());
-    stepper->prepare(one.s.topology, one.s.materials);
-    ResponseOutput output = test::empty_output(one.s.topology);
-    output.held_force(2, one.vertex) = one.load;
-    const Matrix3X start = one.s.frame.position;
-    std::vector<Wrench> reaction(1);
-    for (int tick = 0; tick < 1000; ++tick) {
-        ASSERT_TRUE(stepper->advance(output, dt, one.s.frame, one.s.frame, reaction).ok());
-    }
+    const Carried one = carried_by_volume();
+    test::Stepped p(one.s, test::stepper_of(GetParam()));
+    p.output.held_force(2, one.vertex) = one.load;
+    const Matrix3X& start = one.s.frame.position;
+    for (int tick = 0; tick < 1000; ++tick) ASSERT_TRUE(p.advance().ok());
     const double path = one.z - start(2, one.vertex);
-    EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 1e-3 * std::abs(path));
-    for (Index v = 0; v < one.vertex; ++v) EXPECT_EQ(one.s.frame.position.col(v), start.col(v));
+    EXPECT_NEAR(p.s.frame.position(2, one.vertex), one.z, 1e-3 * std::abs(path));
+    for (Index v = 0; v < one.vertex; ++v) EXPECT_EQ(p.s.frame.position.col(v), start.col(v));
 }
 
 TEST_P(StepperContract, WhatASceneNamesBeyondLinearSpringsBearsWhatPressesOnIt) {
     // The same load by a plane, ten times as stiff as what it presses on is on the whole way.
-    Carried one = carried_by_volume();
-    const auto stepper = test::stepper_of(GetParam());
-    stepper->prepare(one.s.topology, one.s.materials);
-    ResponseOutput output = test::empty_output(one.s.topology);
+    const Carried one = carried_by_volume();
+    test::Stepped p(one.s, test::stepper_of(GetParam()));
     const double path = one.z - one.s.frame.position(2, one.vertex);
     const double k = 10.0 * one.load / path;
-    std::vector<Wrench> reaction(1);
     for (int tick = 0; tick < 1000; ++tick) {
-        output.clear();
-        const double gap = one.z + one.load / k - one.s.frame.position(2, one.vertex);
-        output.contacts.push_back(test::plane_contact(one.vertex, -Vector3::UnitZ(), gap, k, 0.02 * k));
-        ASSERT_TRUE(stepper->advance(output, dt, one.s.frame, one.s.frame, reaction).ok());
+        p.output.clear();
+        const double gap = one.z + one.load / k - p.s.frame.position(2, one.vertex);
+        p.output.contacts.push_back(test::plane_contact(one.vertex, -Vector3::UnitZ(), gap, k, 0.02 * k));
+        ASSERT_TRUE(p.advance().ok());
     }
-    EXPECT_NEAR(one.s.frame.position(2, one.vertex), one.z, 5e-3 * std::abs(path));
-    EXPECT_NEAR(stepper->contact_forces()[0].normal, std::abs(one.load), 0.01 * std::abs(one.load));
+    EXPECT_NEAR(p.s.frame.position(2, one.vertex), one.z, 5e-3 * std::abs(path));
+    EXPECT_NEAR(p.stepper->contact_forces()[0].normal, std::abs(one.load), 0.01 * std::abs(one.load));
 }
 
 TEST_P(StepperContract, AFaceHeldAgainstWhatIsDrivenIsPushedAlongItsNormalAtTheNearestPoint) {
@@ -451,37 +417,21 @@ TEST_P(StepperContract, AFaceHeldAgainstWhatIsDrivenIsPushedAlongItsNormalAtTheN
     const Vector3 foot = weights[0] * first + weights[1] * second + weights[2] * third;
     for (const bool turned : {false, true}) {  // either order of the corners
         test::TissueSample s = test::make_tissue({first, second, third}, {1e-3, 1e-3, 1e-3}, {0, 0, 0}, {});
-        const auto stepper = test::stepper_of(GetParam());
-        stepper->prepare(s.topology, s.materials);
-        ResponseOutput output = test::empty_output(s.topology);
+        test::Stepped p(s, test::stepper_of(GetParam()));
         ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 1.0, 0.0);
         contact.role = ContactRole::constraint;
         contact.source_id = 1;
         contact.vertices = {0, turned ? 2 : 1, turned ? 1 : 2};
         contact.weights = {0.5, 0.25, 0.25};
         contact.other_point = foot + 1e-4 * n;
-        output.contacts.push_back(contact);
-        std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
-        const Vector3 sum = s.frame.velocity.rowwise().sum();
+        p.output.contacts.push_back(contact);
+        ASSERT_TRUE(p.advance().ok());
+        const Vector3 sum = p.s.frame.velocity.rowwise().sum();
         EXPECT_GT(sum.norm(), 0.0);
         EXPECT_LT((sum.normalized() - n).norm(), 1e-3) << turned;
         for (Index v = 0; v < 3; ++v) {
-            EXPECT_LT((s.frame.velocity.col(v) - weights[v] * sum).norm(), 1e-3 * sum.norm()) << turned << ", " << v;
+            EXPECT_LT((p.s.frame.velocity.col(v) - weights[v] * sum).norm(), 1e-3 * sum.norm()) << turned << ", " << v;
         }
-    }
-}
-
-TEST_P(StepperContract, SaysHowFarTheTangentialSpringOfAContactIsStretched) {
-    // 1 g that 0.5 N press on a plane: by what 0.15 N along it stretch a spring of 2000 N/m, and where it slides by
-    // what friction holds, 0.4 times 0.5 N.
-    for (const double along : {0.15, 0.3}) {
-        test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
-        s.materials.substeps = 4;
-        const auto stepper = test::stepper_of(GetParam());
-        stepper->prepare(s.topology, s.materials);
-        ASSERT_TRUE(test::press_and_pull(*stepper, s, along));
-        EXPECT_NEAR(stepper->contact_forces()[0].slip, std::min(along, 0.4 * 0.5) / 2000.0, 1e-7) << along;
     }
 }
 
@@ -510,19 +460,16 @@ TEST_P(StepperContract, AsksTheSolverFromWhatItPredictsAndTakesItsImpulsesAndShi
         test::TissueSample s = test::make_tissue({Vector3(1e-3, 0.0, 0.0)}, {1e-3}, {0}, {});
         s.materials.substeps = 4;
         s.frame.velocity.col(0) = Vector3(0.0, 0.0, -0.3);
-        const auto stepper = test::stepper_of(GetParam());
-        stepper->prepare(s.topology, s.materials);
+        test::Stepped p(s, test::stepper_of(GetParam()));
         ToGivenSpeed solver;
-        ResponseOutput output = test::empty_output(s.topology);
         ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 0.0, 0.0);
         contact.role = ContactRole::solved;
         contact.surface_velocity = Vector3(0.0, 0.0, 0.05);
         contact.face_velocity = 0.05;
-        output.contacts.push_back(contact);
-        output.solver = &solver;
-        output.solver_timing = timing;
-        std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
+        p.output.contacts.push_back(contact);
+        p.output.solver = &solver;
+        p.output.solver_timing = timing;
+        ASSERT_TRUE(p.advance().ok());
         const int steps = solver.asked;
         EXPECT_NEAR(steps * solver.time, dt, 1e-12);
         if (timing != SolverTiming::substep) {
@@ -534,13 +481,13 @@ TEST_P(StepperContract, AsksTheSolverFromWhatItPredictsAndTakesItsImpulsesAndShi
             EXPECT_NEAR(solver.depth_after, 1e-4 + 0.35 * solver.time, 1e-12);
         }
         // 0.1 and 0.2 m/s against the surface: 0.25 in the world, and a shift with each call.
-        EXPECT_LT((s.frame.velocity.col(0) - Vector3(0.1, 0.0, 0.25)).norm(), 1e-9);
-        EXPECT_NEAR(s.frame.position(1, 0), solver.asked * 1e-5, 1e-12);
+        EXPECT_LT((p.s.frame.velocity.col(0) - Vector3(0.1, 0.0, 0.25)).norm(), 1e-9);
+        EXPECT_NEAR(p.s.frame.position(1, 0), solver.asked * 1e-5, 1e-12);
         if (timing != SolverTiming::held) {
-            EXPECT_NEAR(s.frame.position(2, 0), 0.25 * dt + solver.asked * 1e-5, 1e-9);
+            EXPECT_NEAR(p.s.frame.position(2, 0), 0.25 * dt + solver.asked * 1e-5, 1e-9);
         }
         EXPECT_NEAR(solver.depth, 1e-4 - (steps - 1) * (0.2 * solver.time + 1e-5), 1e-12);
-        const ContactForce& load = stepper->contact_forces()[0];
+        const ContactForce& load = p.stepper->contact_forces()[0];
         EXPECT_LT((load.force - 1e-3 / dt * Vector3(0.1, 0.0, 0.55)).norm(), 1e-9);
         EXPECT_NEAR(load.normal, 0.55, 1e-9);
         const double gain = 0.5 * 1e-3 * (0.1 * 0.1 + 0.25 * 0.25 - 0.3 * 0.3);
@@ -553,12 +500,10 @@ TEST_P(StepperContract, SaysOfContactsPositionCorrectionsAndHeldForcesWhetherItT
     const StepperEntry& entry = registry().stepper(parse_method(GetParam()).name);
     const test::TissueSample still = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
     const auto moves_it = [&](const ResponseOutput& output) {
-        test::TissueSample s = still;
-        const auto stepper = test::stepper_of(GetParam());
-        stepper->prepare(s.topology, s.materials);
-        std::vector<Wrench> reaction(1);
-        EXPECT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok());
-        return s.frame.position != still.frame.position;
+        test::Stepped p(still, test::stepper_of(GetParam()));
+        p.output = output;
+        EXPECT_TRUE(p.advance().ok());
+        return p.s.frame.position != still.frame.position;
     };
     ResponseOutput contact = test::empty_output(still.topology);
     contact.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 100.0, 0.0));

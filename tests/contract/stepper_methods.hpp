@@ -23,9 +23,6 @@ inline std::vector<std::string> stepper_methods() {
     return methods;
 }
 
-inline std::unique_ptr<Stepper> stepper_of(const std::string& method) {
-    const MethodSpec spec = parse_method(method);
-    return make_stepper(spec.name, spec.parameters);
-}
+inline std::unique_ptr<Stepper> stepper_of(const std::string& method) { return make_stepper(method); }
 
 }  // namespace trocar::test

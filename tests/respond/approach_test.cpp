@@ -132,17 +132,10 @@ TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
             const test::Mesh tool = make_box(Vector3(0.012, 0.008, 0.01));
             for (const Travel& path : paths) {
                 const auto run = [&](double aside) {
-                    return ClosedLoop({LoopBody{.name = "tool",
-                                                .kind = BodyKind::instrument,
-                                                .mesh = tool,
-                                                .offset = [=, place = path.place](double t) -> Vector3 {
-                                                    return place(t) + Vector3(0, 0, 0.005 + aside);
-                                                }},
-                                       LoopBody{.name = "sheet",
-                                                .kind = BodyKind::tissue,
-                                                .closed = false,
-                                                .mesh = make_sheet(12, 0.005)}},
-                                      hold);
+                    const auto offset = [=, place = path.place](double t) -> Vector3 {
+                        return place(t) + Vector3(0, 0, 0.005 + aside);
+                    };
+                    return test::tool_on_tissue(tool, offset, make_sheet(12, 0.005), hold);
                 };
                 ClosedLoop beside = run(0.0);
                 ClosedLoop away = run(1.0);
@@ -200,9 +193,8 @@ struct Touch {
 
 /// After the first tick after which the tool is below the plane of the sheet at rest.
 Touch first_touch(const Scene& scene, const std::string& method) {
-    const MethodSpec spec = parse_method(method);
-    Simulation simulation(scene, make_detector("ohc_clustered"), make_response(spec.name, spec.parameters),
-                          registry().contact_generator(default_contact_generator(spec)));
+    Simulation simulation(scene, make_detector("ohc_clustered"), make_response(method),
+                          registry().contact_generator(default_contact_generator(parse_method(method))));
     DepthTruth truth(scene.topology, scene.first);
     const Index body = scene.topology.bodies[0].kind == BodyKind::instrument ? 0 : 1;
     const Range tool = scene.topology.bodies[static_cast<std::size_t>(body)].vertices;

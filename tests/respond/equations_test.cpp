@@ -169,52 +169,13 @@ TEST(Distribution, KeepsForceAndMoment) {
         const Vector3 p = weights[0] * triangle[0] + weights[1] * triangle[1] + weights[2] * triangle[2];
         const Vector3 force = random.next();
         const auto shares = distribute_force(weights, force);
-        const Wrench sum = resultant(triangle, shares, Vector3::Zero());
+        const Vector3 about = random.next();
+        const Wrench sum = resultant(triangle, shares, about);
         EXPECT_LT((sum.force - force).norm(), 1e-13);
-        EXPECT_LT((sum.moment - p.cross(force)).norm(), 1e-13);
+        EXPECT_LT((sum.moment - (p - about).cross(force)).norm(), 1e-13);
         const Vector3 masses(random.positive(), random.positive(), random.positive());
         const auto moves = distribute_correction(weights, masses, force);
         EXPECT_LT((weights[0] * moves[0] + weights[1] * moves[1] + weights[2] * moves[2] - force).norm(), 1e-13);
-    }
-}
-
-TEST(Distribution, NearestPointIsNeverFurtherThanAnySample) {
-    RandomVectors random;
-    for (int i = 0; i < 300; ++i) {
-        const Corners t = random.triangle();
-        const Vector3 point = 2.0 * random.next();
-        const Vector3 w = closest_point_on_triangle(t, point);
-        const double distance = (w[0] * t[0] + w[1] * t[1] + w[2] * t[2] - point).norm();
-        for (int a = 0; a <= 20; ++a) {
-            for (int b = 0; a + b <= 20; ++b) {
-                const Vector3 sample = t[0] + a / 20.0 * (t[1] - t[0]) + b / 20.0 * (t[2] - t[0]);
-                ASSERT_LE(distance, (sample - point).norm() + 1e-12);
-            }
-        }
-    }
-}
-
-TEST(Fulcrum, TipForceHasThePowerOfAllForces) {
-    // I22: pitch, yaw and insertion about the trocar; roll is the one motion a 3-DOF device cannot feel.
-    RandomVectors random;
-    for (int i = 0; i < 2000; ++i) {
-        const Vector3 pivot = random.next();
-        const Vector3 tip = pivot + 0.2 * random.next().normalized();
-        const Vector3 shaft = (tip - pivot).normalized();
-        Vector3 turn = random.next();
-        turn -= turn.dot(shaft) * shaft;
-        const double insertion = random.positive() - 1.5;
-        const auto speed = [&](const Vector3& x) { return Vector3(turn.cross(x - pivot) + insertion * shaft); };
-        std::array<Vector3, 5> points;
-        std::array<Vector3, 5> forces;
-        double power = 0.0;
-        for (std::size_t j = 0; j < 5; ++j) {
-            points[j] = pivot + 0.3 * random.next();
-            forces[j] = random.next();
-            power += forces[j].dot(speed(points[j]));
-        }
-        const Vector3 shown = fulcrum_tip_force(resultant(points, forces, pivot), pivot, tip);
-        EXPECT_NEAR(shown.dot(speed(tip)), power, 1e-12);
     }
 }
 

@@ -8,6 +8,7 @@
 #include <random>
 #include <set>
 
+#include "geometry/orientation.hpp"
 #include "respond/common.hpp"
 #include "respond/intersection_regions.hpp"
 #include "support/closed_loop.hpp"
@@ -25,10 +26,7 @@ ClosedLoop pierced(const Vector3& tip, int cells, double edge, double radius = 0
                    const std::string& method = "global_intersection") {
     test::Mesh shaft = make_shaft(radius, 0.06, 8, 0.01);
     for (Vector3& p : shaft.points) p += tip;
-    return ClosedLoop(
-        {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = shaft},
-         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(cells, edge)}},
-        method);
+    return test::tool_on_tissue(shaft, {}, make_sheet(cells, edge), method);
 }
 
 struct Traced {
@@ -66,19 +64,11 @@ std::set<Index> below(const ClosedLoop& world) {
 /// Vertices of the sheet (body 1) inside the tool, by the tool's winding number.
 std::set<Index> swallowed(const ClosedLoop& world) {
     std::set<Index> result;
+    const Triangles tool = world.topology.triangles.leftCols(world.topology.bodies[0].triangles.count);
     const Range range = world.topology.bodies[1].vertices;
     for (Index v = range.first; v < range.end(); ++v) {
         const Vector3 x = world.frame.position.col(v);
-        double sum = 0.0;
-        for (Index t = 0; t < world.topology.bodies[0].triangles.count; ++t) {
-            const equations::Corners c = corners_of(world.topology, world.frame.position, t);
-            const Vector3 a = c[0] - x;
-            const Vector3 b = c[1] - x;
-            const Vector3 d = c[2] - x;
-            sum += std::atan2(a.dot(b.cross(d)), a.norm() * b.norm() * d.norm() + a.dot(b) * d.norm() +
-                                                     b.dot(d) * a.norm() + d.dot(a) * b.norm());
-        }
-        if (sum > std::numbers::pi) result.insert(v);
+        if (winding_number(world.frame.position, tool, x) > 0.5) result.insert(v);
     }
     return result;
 }
@@ -219,35 +209,17 @@ TEST(GlobalIntersection, MovingTheTissueAlongItsForceShortensTheDistances) {
 double left_after_stab(const std::string& method, double speed, double depth, const Vector3& then) {
     const double arrival = (0.002 + depth) / speed;
     const double later = then.norm() / speed;
-    ClosedLoop loop(
-        {LoopBody{.name = "tool",
-                  .kind = BodyKind::instrument,
-                  .mesh = make_shaft(0.0025, 0.06, 8, 0.01),
-                  .offset =
-                      [=](double t) {
-                          const double share = later > 0.0 ? std::clamp((t - arrival - 0.02) / later, 0.0, 1.0) : 0.0;
-                          return Vector3(Vector3(0.0011, 0.0007, std::max(0.002 - speed * t, -depth)) + share * then);
-                      }},
-         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(10, 0.005)}},
-        method);
+    const auto offset = [=](double t) -> Vector3 {
+        const double share = later > 0.0 ? std::clamp((t - arrival - 0.02) / later, 0.0, 1.0) : 0.0;
+        return Vector3(0.0011, 0.0007, std::max(0.002 - speed * t, -depth)) + share * then;
+    };
+    ClosedLoop loop = test::tool_on_tissue(make_shaft(0.0025, 0.06, 8, 0.01), offset, make_sheet(10, 0.005), method);
     const int ticks = static_cast<int>(1000.0 * (arrival + (later > 0.0 ? 0.02 + later : 0.0) + 0.2)) + 1;
     for (int tick = 0; tick < ticks; ++tick) {
         EXPECT_TRUE(loop.step()) << method << ": " << loop.outcome.message;
         if (!loop.outcome.ok()) return -1.0;
     }
-    // Height of the sheet over the tip.
-    const Vector3 tip = loop.frame.position.col(0);
-    double lowest = std::numeric_limits<double>::infinity();
-    const Range triangles = loop.topology.bodies[1].triangles;
-    for (Index t = triangles.first; t < triangles.end(); ++t) {
-        const equations::Corners c = corners_of(loop.topology, loop.frame.position, t);
-        Eigen::Matrix2d plan;
-        plan << (c[1] - c[0]).head<2>(), (c[2] - c[0]).head<2>();
-        const Eigen::Vector2d w = plan.inverse() * (tip - c[0]).head<2>();
-        if (w.minCoeff() < -1e-9 || w.sum() > 1.0 + 1e-9) continue;
-        lowest = std::min(lowest, c[0].z() + w[0] * (c[1] - c[0]).z() + w[1] * (c[2] - c[0]).z());
-    }
-    return lowest - tip.z();
+    return test::depth_at_tip(loop);
 }
 
 TEST(GlobalIntersection, ClearsAToolThatStoppedWithdrawsOrIsDraggedWherePenaltyDoesNot) {

@@ -4,10 +4,13 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <random>
 
+#include "geometry/orientation.hpp"
 #include "respond/tip_proxy.hpp"
 #include "support/closed_loop.hpp"
+#include "support/meshes.hpp"
 #include "support/random_vectors.hpp"
 #include "support/response_samples.hpp"
 
@@ -25,41 +28,21 @@ struct Bone {
     GodObject object;
     std::vector<Index> all;
 
-    explicit Bone(const Mesh& mesh, bool closed = true) {
-        Triangles triangles(3, static_cast<Eigen::Index>(mesh.triangles.size()));
-        for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
-            for (int i = 0; i < 3; ++i) {
-                triangles(i, static_cast<Eigen::Index>(t)) = mesh.triangles[t][static_cast<std::size_t>(i)];
-            }
-            all.push_back(static_cast<Index>(t));
-        }
+    explicit Bone(const Mesh& mesh, bool closed = true) : position(test::matrix_of(mesh.points)) {
         topology = make_topology({Body{.name = "bone",
                                        .kind = BodyKind::rigid,
                                        .closed = closed,
                                        .vertex_count = static_cast<Index>(mesh.points.size()),
-                                       .triangles = triangles}});
-        position.resize(3, static_cast<Eigen::Index>(mesh.points.size()));
-        for (std::size_t v = 0; v < mesh.points.size(); ++v) {
-            position.col(static_cast<Eigen::Index>(v)) = mesh.points[v];
-        }
+                                       .triangles = test::matrix_of(mesh.triangles)}});
+        all.resize(mesh.triangles.size());
+        std::iota(all.begin(), all.end(), 0);
         object.prepare(r);
     }
 
     Vector3 follow(const Vector3& device) { return object.follow(topology, position, all, device); }
 
     /// How often the surface winds around a point: 1 inside, 0 outside.
-    [[nodiscard]] double winding(const Vector3& x) const {
-        double sum = 0.0;
-        for (Index t = 0; t < topology.triangle_count(); ++t) {
-            const equations::Corners c = corners_of(topology, position, t);
-            const Vector3 a = c[0] - x;
-            const Vector3 b = c[1] - x;
-            const Vector3 d = c[2] - x;
-            sum += std::atan2(a.dot(b.cross(d)), a.norm() * b.norm() * d.norm() + a.dot(b) * d.norm() +
-                                                     b.dot(d) * a.norm() + d.dot(a) * b.norm());
-        }
-        return sum / (2.0 * std::numbers::pi);
-    }
+    [[nodiscard]] double winding(const Vector3& x) const { return winding_number(position, topology.triangles, x); }
     [[nodiscard]] double distance(const Vector3& x) const {
         double least = std::numeric_limits<double>::infinity();
         for (Index t = 0; t < topology.triangle_count(); ++t) {

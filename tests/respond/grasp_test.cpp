@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 #include <memory>
 #include <string>
@@ -14,6 +13,7 @@
 #include "scene/scene.hpp"
 #include "simulate/simulation.hpp"
 #include "support/reported_contacts.hpp"
+#include "support/scene_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
 namespace trocar {
@@ -62,11 +62,6 @@ private:
     Grasp grasp_;
 };
 
-std::unique_ptr<Response> response_of(const std::string& method) {
-    const MethodSpec spec = parse_method(method);
-    return make_response(spec.name, spec.parameters);
-}
-
 /// A tool of two jaws (triangles above and below the origin) and a tissue triangle whose first corner lies between
 /// them; its spring of 100 N/m and 10 mm leads along x to a pinned corner.
 struct Bench {
@@ -82,7 +77,7 @@ struct Bench {
     std::unique_ptr<Response> response;
     std::unique_ptr<MassSpring> tissue;
 
-    explicit Bench(const std::string& method) : Bench(response_of(method)) {}
+    explicit Bench(const std::string& method) : Bench(make_response(method)) {}
     explicit Bench(const GraspSettings& settings, double strain_limit = 10.0)
         : Bench(std::make_unique<GraspAlone>(settings), strain_limit) {}
     explicit Bench(std::unique_ptr<Response> of, double strain_limit = 10.0) : response(std::move(of)) {
@@ -493,9 +488,8 @@ struct Shown {
 };
 
 Shown run_shipped(const char* name, const std::string& method) {
-    const Scene scene = read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / name, std::nullopt);
-    const MethodSpec spec = parse_method(method);
-    Simulation simulation(scene, make_detector("ohc"), make_response(spec.name, spec.parameters),
+    const Scene scene = test::shipped_scene(name);
+    Simulation simulation(scene, make_detector("ohc"), make_response(method),
                           registry().contact_generator("intersection"));
     Shown shown;
     StepRow last;
@@ -520,7 +514,7 @@ Shown run_shipped(const char* name, const std::string& method) {
 }
 
 TEST(GraspScenes, PullToLargeStrainAndLetGo) {
-    for (const char* name : {"i2t_grasp.json", "i2t_two_grasp.json"}) {
+    for (const char* name : {"i2t_grasp", "i2t_two_grasp"}) {
         for (const bool corrected : {false, true}) {
             const Shown shown = run_shipped(name, corrected ? "thesis:profile=corrected" : "thesis");
             EXPECT_GE(shown.most, 3) << name;
@@ -541,7 +535,7 @@ TEST(GraspScenes, PullToLargeStrainAndLetGo) {
     }
 }
 
-TEST(GraspScenes, LetGoAtOnceTheForceJumps) { EXPECT_GT(run_shipped("i2t_grasp.json", "thesis").jump, 1.0); }
+TEST(GraspScenes, LetGoAtOnceTheForceJumps) { EXPECT_GT(run_shipped("i2t_grasp", "thesis").jump, 1.0); }
 
 }  // namespace
 }  // namespace trocar

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <functional>
 #include <random>
 #include <set>
@@ -16,6 +15,7 @@
 #include "support/reported_contacts.hpp"
 #include "support/response_samples.hpp"
 #include "support/scene_runs.hpp"
+#include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
@@ -251,22 +251,7 @@ double roughness(const std::string& method, double step, double start_x, double 
     for (Vector3& p : sheet.points) {
         p.z() = fold == 0.0 ? 0.0008 * std::sin(300.0 * p.x()) * std::cos(260.0 * p.y() + 0.4) : fold * std::abs(p.x());
     }
-    Mesh pin = make_shaft(0.0002, 0.02, 4, 0.018);
-    const auto height = [&sheet](double x, double y) {
-        for (const auto& t : sheet.triangles) {
-            const Vector3 a = sheet.points[static_cast<std::size_t>(t[0])];
-            const Vector3 u = sheet.points[static_cast<std::size_t>(t[1])] - a;
-            const Vector3 v = sheet.points[static_cast<std::size_t>(t[2])] - a;
-            const double area = u.x() * v.y() - u.y() * v.x();
-            const double p = ((x - a.x()) * v.y() - (y - a.y()) * v.x()) / area;
-            const double q = (u.x() * (y - a.y()) - u.y() * (x - a.x())) / area;
-            if (p >= 0.0 && q >= 0.0 && p + q <= 1.0) return a.z() + p * u.z() + q * v.z();
-        }
-        return 0.0;
-    };
-    ClosedLoop loop({LoopBody{.name = "pin", .kind = BodyKind::instrument, .mesh = pin},
-                     LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
-                    method);
+    ClosedLoop loop = test::tool_on_tissue(make_shaft(0.0002, 0.02, 4, 0.018), {}, sheet, method);
     const Matrix3X start = loop.frame.position;
     const Range tool = loop.topology.bodies[0].vertices;
     Vector3 last = Vector3::Zero();
@@ -277,9 +262,10 @@ double roughness(const std::string& method, double step, double start_x, double 
     for (int i = -2; i <= steps; ++i) {
         const double x = start_x + step * std::max(i, 0);
         const double y = 0.0016 + 0.37 * step * std::max(i, 0);
-        // It comes from above first, so that it is known to belong there.
-        const double z = i == -2 ? 0.004 : height(x, y) - 0.0004;
         loop.frame.position = start;
+        // It comes from above first, so that it is known to belong there.
+        const double z =
+            i == -2 ? 0.004 : test::heights_at(loop, loop.topology.bodies[1].triangles, {x, y, 0.0}).at(0) - 0.0004;
         loop.frame.position.middleCols(tool.first, tool.count).colwise() += Vector3(x, y, z);
         loop.frame.previous = loop.frame.position;
         loop.frame.velocity.setZero();
@@ -344,18 +330,7 @@ double total_stiffness(const std::string& method, int cells) {
     for (auto& t : plate.triangles) std::swap(t[1], t[2]);
     // Walls up from the plate's rim make it cross the sheet.
     Mesh tool = plate;
-    std::map<std::pair<Index, Index>, int> directed;
-    for (const auto& t : plate.triangles) {
-        for (std::size_t i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
-    }
-    const auto count = static_cast<Index>(plate.points.size());
-    for (Index v = 0; v < count; ++v)
-        tool.points.push_back(plate.points[static_cast<std::size_t>(v)] + Vector3(0, 0, 0.01));
-    for (const auto& [edge, uses] : directed) {
-        if (directed.find({edge.second, edge.first}) != directed.end()) continue;
-        tool.triangles.push_back({edge.second, edge.first, edge.first + count});
-        tool.triangles.push_back({edge.second, edge.first + count, edge.second + count});
-    }
+    test::add_walls(tool, Vector3(0, 0, 0.01));
     ClosedLoop loop({LoopBody{.name = "plate", .kind = BodyKind::instrument, .closed = false, .mesh = tool},
                      LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(8, 0.01)}},
                     method);
@@ -425,13 +400,9 @@ std::function<double(const std::string&)> stabbed(int ticks, const std::function
     return [=](const std::string& method) {
         Mesh sheet = make_sheet(8, 0.005);
         for (Vector3& p : sheet.points) p.z() = 0.0006 * std::sin(300.0 * p.x()) * std::cos(260.0 * p.y() + 0.4);
-        ClosedLoop loop(
-            {LoopBody{.name = "tool",
-                      .kind = BodyKind::instrument,
-                      .mesh = make_shaft(0.0025, 0.06, 8, 0.01),
-                      .offset = [](double t) { return Vector3(0.0011, 0.0007, std::max(0.002 - 1.1 * t, -0.006)); }},
-             LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
-            method);
+        ClosedLoop loop = test::tool_on_tissue(
+            make_shaft(0.0025, 0.06, 8, 0.01),
+            [](double t) { return Vector3(0.0011, 0.0007, std::max(0.002 - 1.1 * t, -0.006)); }, sheet, method);
         for (int tick = 0; tick < ticks; ++tick) EXPECT_TRUE(loop.step()) << loop.outcome.message;
         return measure(loop);
     };
@@ -442,16 +413,10 @@ double tissue_height(const ClosedLoop& loop) {
 
 /// Height of a sheet that a closing tool lifts.
 double lifted(const std::string& method) {
-    ClosedLoop loop(
-        {LoopBody{.name = "tool",
-                  .kind = BodyKind::instrument,
-                  .mesh = make_shaft(0.0012, 0.03, 6, 0.006),
-                  .offset =
-                      [](double t) {
-                          return Vector3(0.0001, 0.0002, -0.0003 + 0.004 * std::clamp((t - 0.03) / 0.1, 0.0, 1.0));
-                      }},
-         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(8, 0.005)}},
-        method);
+    const auto offset = [](double t) {
+        return Vector3(0.0001, 0.0002, -0.0003 + 0.004 * std::clamp((t - 0.03) / 0.1, 0.0, 1.0));
+    };
+    ClosedLoop loop = test::tool_on_tissue(make_shaft(0.0012, 0.03, 6, 0.006), offset, make_sheet(8, 0.005), method);
     for (int tick = 0; tick < 100; ++tick) {
         loop.set_jaw(0, tick < 20 ? 1.0 : 0.0);
         EXPECT_TRUE(loop.step()) << loop.outcome.message;
@@ -461,13 +426,8 @@ double lifted(const std::string& method) {
 
 /// How hard surfaces attract a tool that has just gone 3 mm through a sheet at half a millimetre a tick, N.
 double attraction(const std::string& method) {
-    ClosedLoop loop(
-        {LoopBody{.name = "tool",
-                  .kind = BodyKind::instrument,
-                  .mesh = make_shaft(0.0025, 0.06, 8, 0.01),
-                  .offset = [](double t) { return Vector3(0.0011, 0.0007, -0.003 - 0.5 * (t - 1e-3)); }},
-         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(10, 0.005)}},
-        method);
+    const auto offset = [](double t) { return Vector3(0.0011, 0.0007, -0.003 - 0.5 * (t - 1e-3)); };
+    ClosedLoop loop = test::tool_on_tissue(make_shaft(0.0025, 0.06, 8, 0.01), offset, make_sheet(10, 0.005), method);
     EXPECT_TRUE(loop.step()) << loop.outcome.message;
     double sum = 0.0;
     for (const ContactForceLaw& contact : loop.output.contacts) {
@@ -478,8 +438,7 @@ double attraction(const std::string& method) {
 
 /// Sum of the tool's force, N, over the first ticks of the shipped scene whose jaws lift a fold.
 double grasped_force(const std::string& method) {
-    const Scene scene =
-        read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2t_grasp.json", std::nullopt);
+    const Scene scene = test::shipped_scene("i2t_grasp");
     double sum = 0.0;
     for (const StepRow& row : test::run_scene_with(scene, method, 100, 700).rows) sum += row.tool_force.norm();
     return sum;

@@ -6,11 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
-#include <tuple>
 
 #include "measure/depth_truth.hpp"
 #include "support/closed_loop.hpp"
+#include "support/energy.hpp"
 #include "support/folded_tissue.hpp"
 #include "support/known_gap.hpp"
 
@@ -33,18 +32,11 @@ std::vector<LayeredTissue> both_tissues(double layer_gap) {
 
 /// How far the tool's vertices are below a layer at worst, m, measured along the vertical.
 double depth_below(const ClosedLoop& loop, Range layer) {
-    std::vector<std::tuple<Vector3, Vector3, Vector3>> triangles;
-    for (Index t = layer.first; t < layer.end(); ++t) {
-        const auto corner = loop.topology.triangles.col(t);
-        triangles.emplace_back(loop.frame.position.col(corner[0]), loop.frame.position.col(corner[1]),
-                               loop.frame.position.col(corner[2]));
-    }
     const Range tool = loop.topology.bodies[0].vertices;
     double worst = 0.0;
     for (Index v = tool.first; v < tool.end(); ++v) {
         const Vector3 x = loop.frame.position.col(v);
-        const double height = test::height_of(triangles, x.x(), x.y());
-        if (height > x.z()) worst = std::max(worst, height - x.z());
+        for (const double height : test::heights_at(loop, layer, x)) worst = std::max(worst, height - x.z());
     }
     return worst;
 }
@@ -64,12 +56,8 @@ TEST(UnilateralLayers, GapToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryT
                     const double back = lowest + speed * (time - 0.3);
                     return Vector3(0.0013, 0.0007, std::max({travel, lowest, std::min(back, 0.005)}));
                 };
-                ClosedLoop loop(
-                    {LoopBody{
-                         .name = "tool", .kind = BodyKind::instrument, .mesh = stab ? pointed : blunt, .offset = path},
-                     LoopBody{
-                         .name = "tissue", .kind = BodyKind::tissue, .closed = tissue.closed, .mesh = tissue.mesh}},
-                    "unilateral");
+                ClosedLoop loop =
+                    test::tool_on_tissue(stab ? pointed : blunt, path, tissue.mesh, "unilateral", tissue.closed);
                 DepthTruth truth(loop.topology, loop.frame);
                 const Index first = loop.topology.bodies[1].triangles.first;
                 double worst = 0.0;
@@ -96,22 +84,6 @@ test::Mesh lowered(test::Mesh mesh, double by) {
     return mesh;
 }
 
-/// In motion and springs of all tissue, J.
-double tissue_energy(const ClosedLoop& loop) {
-    double energy = 0.0;
-    for (Index v = 0; v < loop.topology.vertex_count; ++v) {
-        if (loop.topology.bodies[static_cast<std::size_t>(loop.topology.body_of_vertex(v))].kind != BodyKind::tissue)
-            continue;
-        energy += 0.5 * loop.materials.mass[static_cast<std::size_t>(v)] * loop.frame.velocity.col(v).squaredNorm();
-    }
-    for (const Spring& spring : loop.materials.springs) {
-        const double stretch =
-            (loop.frame.position.col(spring.j) - loop.frame.position.col(spring.i)).norm() - spring.rest;
-        energy += 0.5 * spring.k * stretch * stretch + spring.preload * stretch;
-    }
-    return energy;
-}
-
 /// What a run of two tissues, bodies 1 and 2, under a tool comes to.
 struct StackedCourse {
     double worst = 0.0;    ///< m, depth after any tick
@@ -126,7 +98,7 @@ StackedCourse run_stacked(const LoopBody& tool, const test::Mesh& upper, const L
              .name = "lower", .kind = BodyKind::tissue, .closed = lower.closed, .mesh = lowered(lower.mesh, between)}},
         "unilateral");
     DepthTruth truth(loop.topology, loop.frame);
-    const double at_rest = tissue_energy(loop);
+    const double at_rest = test::energy_of(loop.materials, loop.frame);
     StackedCourse course;
     double given_back = 0.0;
     for (int tick = 0; tick < 300; ++tick) {
@@ -139,7 +111,7 @@ StackedCourse run_stacked(const LoopBody& tool, const test::Mesh& upper, const L
         const double on_tool = loop.tool_force(0).dot(loop.frame.position.col(0) - before);
         given_back += on_tool;
         course.work += std::abs(on_tool);
-        course.created = std::max(course.created, tissue_energy(loop) - at_rest + given_back);
+        course.created = std::max(course.created, test::energy_of(loop.materials, loop.frame) - at_rest + given_back);
     }
     return course;
 }
@@ -192,12 +164,7 @@ TEST(UnilateralWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
                 const double out = lowest + speed * (time - 0.2);
                 return Vector3(0.0013, 0.0007, std::max({std::min(in, 0.003), lowest, std::min(out, 0.02)}));
             };
-            ClosedLoop loop({LoopBody{.name = "tool",
-                                      .kind = BodyKind::instrument,
-                                      .mesh = make_shaft(0.002, 0.06, 8, point_length),
-                                      .offset = path},
-                             LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
-                            "unilateral");
+            ClosedLoop loop = test::tool_on_tissue(make_shaft(0.002, 0.06, 8, point_length), path, sheet, "unilateral");
             const Range triangles = loop.topology.bodies[1].triangles;
             double below = 0.0;
             for (int tick = 0; tick < 260; ++tick) {
@@ -219,12 +186,8 @@ TEST(UnilateralWithdrawal, GapToolThatStartsThroughBothWallsOfABagTearsThemAndIs
                     return Vector3(0.0013, 0.0007, std::min(lowest + 0.2 * std::max(time - 0.05, 0.0), 0.03));
                 };
                 const LayeredTissue bag = make_bag(12, edge, thickness);
-                ClosedLoop loop({LoopBody{.name = "tool",
-                                          .kind = BodyKind::instrument,
-                                          .mesh = make_shaft(0.002, 0.06, 8, 0.008),
-                                          .offset = path},
-                                 LoopBody{.name = "bag", .kind = BodyKind::tissue, .closed = true, .mesh = bag.mesh}},
-                                "unilateral");
+                ClosedLoop loop =
+                    test::tool_on_tissue(make_shaft(0.002, 0.06, 8, 0.008), path, bag.mesh, "unilateral", true);
                 DepthTruth truth(loop.topology, loop.frame);
                 EXPECT_GT(truth.measure(loop.frame).residual_penetration, 0.003);
                 std::int64_t ruptures = 0;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "support/methods.hpp"
 #include "support/response_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -18,10 +19,7 @@ using test::vertex_of_b_in_a;
 class OdeJoints : public ::testing::Test {
 protected:
     void SetUp() override {
-        const auto& all = registry().responses();
-        if (std::none_of(all.begin(), all.end(), [](const ResponseEntry& e) { return e.name == "ode_joints"; })) {
-            GTEST_SKIP() << "built without ODE";
-        }
+        if (!test::is_registered(registry().responses(), "ode_joints")) GTEST_SKIP() << "built without ODE";
     }
 };
 
@@ -100,8 +98,7 @@ TEST_F(OdeJoints, AVertexAtRestOnASpringGivesItsSpringForce) {
 TEST_F(OdeJoints, APressedVertexComesToRestWhereSpringAndContactBalance) {
     for (const std::string setting : {"penalty", "library"}) {
         PairSample s = pressed_vertex(130.0, 0.003, 0.0021);
-        const MethodSpec spec = parse_method("ode_joints:k=500,mu=1,setting=" + setting);
-        const auto response = make_response(spec.name, spec.parameters);
+        const auto response = make_response("ode_joints:k=500,mu=1,setting=" + setting);
         response->prepare(s.topology, s.materials);
         MassSpring tissue(s.topology, s.materials);
         std::vector<Wrench> reaction(2);
@@ -214,10 +211,9 @@ TEST_F(OdeJoints, APartThatTurnsCountsByItsOwnSurfaceSpeed) {
 TEST_F(OdeJoints, NoTickKnowsOfTheLast) {
     for (const char* method : {"ode_joints", "ode_joints:setting=library"}) {
         const PairSample first = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
-        const MethodSpec spec = parse_method(method);
         const auto run = [&](int others) {
             PairSample s = first;
-            const auto response = make_response(spec.name, spec.parameters);
+            const auto response = make_response(method);
             response->prepare(s.topology, s.materials);
             Frame moved = s.frame;
             for (int i = 0; i < others; ++i) {
@@ -250,8 +246,7 @@ TEST_F(OdeJoints, ANodeThatCannotMoveIsLeftOutAndCounted) {
 
 TEST_F(OdeJoints, ASolutionThatIsNoNumberIsReportedAndDoesNotStay) {
     PairSample s = one_substep(vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue));
-    const MethodSpec spec = parse_method("ode_joints");
-    const auto response = make_response(spec.name, spec.parameters);
+    const auto response = make_response("ode_joints");
     response->prepare(s.topology, s.materials);
     response->respond(s.frame, 1e-3, s.contacts, {}, s.output);
     const auto solve = [&](double speed) {
@@ -269,13 +264,7 @@ TEST_F(OdeJoints, ASolutionThatIsNoNumberIsReportedAndDoesNotStay) {
 
 TEST_F(OdeJoints, ReadsALibrarysOwnContacts) {
     PairSample s = vertex_of_a_in_b(BodyKind::instrument, BodyKind::tissue);
-    Contact native;
-    native.a = 0;
-    native.b = 1;
-    native.point = Vector3(0.002, 0.003, -0.0007);
-    native.normal = -Vector3::UnitZ();
-    native.depth = 0.002;
-    s.contacts.contacts = {native};
+    s.contacts.contacts = {test::native_contact()};
     std::fill(s.materials.mass.begin() + 3, s.materials.mass.end(), 1e3);
     s.step("ode_joints:k=100");
     EXPECT_NEAR(s.load[0].force.z(), 0.2, 1e-6);

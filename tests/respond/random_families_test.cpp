@@ -5,8 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <numbers>
 #include <random>
@@ -100,8 +98,7 @@ Json sheet(double edge) { return {{"shape", "sheet"}, {"size", {0.1, 0.1}}, {"ed
 
 /// The organ of a shipped scene, whose lower half is held.
 Json organ() {
-    std::ifstream file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "t2t_closed.json");
-    const Json scene = Json::parse(file);
+    const Json scene = test::shipped_json("t2t_closed");
     for (const Json& body : scene.at("bodies")) {
         if (body.at("name") == "organ") return body;
     }

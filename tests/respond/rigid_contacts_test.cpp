@@ -29,9 +29,8 @@ std::string over_a_block(const std::string& part, double edge, double z, const s
 
 StepRow last_row(const std::string& text, const std::string& method, int ticks, double* depth = nullptr) {
     const Scene scene = test::scene_from_text(text);
-    const MethodSpec spec = parse_method(method);
-    Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                          registry().contact_generator(default_contact_generator(spec)));
+    Simulation simulation(scene, make_detector("brute_force"), make_response(method),
+                          registry().contact_generator(default_contact_generator(parse_method(method))));
     StepRow row;
     for (int tick = 0; tick < ticks; ++tick) row = simulation.step();
     if (depth != nullptr) {
@@ -124,9 +123,8 @@ TEST(RigidPatch, OpenBladeDrivenByAnOperatorGetsNoEnergyOnItsPathInAndOut) {
             R"(,{{"time":0.05,"pose":{1}}},{{"time":0.2,"pose":{1}}},{{"time":0.25,"pose":{0}}})", high, low);
         text.insert(text.find(high) + high.size() + 1, keys);
         const Scene scene = test::scene_from_text(text);
-        const MethodSpec spec = parse_method(hold);
-        Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
-                              registry().contact_generator(default_contact_generator(spec)));
+        Simulation simulation(scene, make_detector("brute_force"), make_response(hold),
+                              registry().contact_generator(default_contact_generator(parse_method(hold))));
         double work = 0.0;
         double most = 0.0;
         double pressed = 0.0;

@@ -14,7 +14,6 @@ namespace trocar {
 namespace {
 
 using test::ClosedLoop;
-using test::LoopBody;
 using test::make_shaft;
 using test::make_sheet;
 using test::Mesh;
@@ -79,15 +78,9 @@ struct Drag {
     [[nodiscard]] double inscribed() const { return radius * std::cos(std::numbers::pi / sides); }
     [[nodiscard]] ClosedLoop loop() const {
         const int squares = static_cast<int>(std::lround(0.1 / edge));
-        return ClosedLoop({LoopBody{.name = "shaft",
-                                    .kind = BodyKind::instrument,
-                                    .mesh = make_shaft(radius, 0.06, sides, 0.003),
-                                    .offset = [drag = *this](double time) { return drag.place(time); }},
-                           LoopBody{.name = "sheet",
-                                    .kind = BodyKind::tissue,
-                                    .closed = false,
-                                    .mesh = with_hole(make_sheet(squares, edge), hole, round)}},
-                          "unilateral");
+        return test::tool_on_tissue(
+            make_shaft(radius, 0.06, sides, 0.003), [drag = *this](double time) { return drag.place(time); },
+            with_hole(make_sheet(squares, edge), hole, round), "unilateral");
     }
 };
 

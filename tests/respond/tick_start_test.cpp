@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "method/registry.hpp"
+#include "support/methods.hpp"
 #include "support/response_samples.hpp"
 
 namespace trocar {
@@ -60,9 +61,7 @@ TEST(TickStart, WhatOperatorsMovedIsNotTheScripts) {
 }
 
 TEST(TickStart, JointsOfALibraryAreNotATickAhead) {
-    bool built = false;
-    for (const ResponseEntry& entry : registry().responses()) built = built || entry.name == "ode_joints";
-    if (!built) GTEST_SKIP() << "this build has no ode_joints";
+    if (!test::is_registered(registry().responses(), "ode_joints")) GTEST_SKIP() << "this build has no ode_joints";
     PairSample s = pressed();
     const double force = load(s, "ode_joints:k=1000,mu=0");
     EXPECT_GT(force, k * (deep - speed * dt));

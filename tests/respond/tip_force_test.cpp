@@ -10,30 +10,24 @@
 #include "method/device.hpp"
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
+#include "support/random_vectors.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
 
-class RandomVectors {
-public:
-    Vector3 next() { return {normal_(generator_), normal_(generator_), normal_(generator_)}; }
-
-private:
-    std::mt19937_64 generator_{11};
-    std::normal_distribution<double> normal_{0.0, 1.0};
-};
-
 TEST(Fulcrum, TipForceAndRollTorqueTogetherHaveThePowerOfTheWrench) {
     // I22 with roll: what the 3-DOF device loses is the roll torque times the roll rate, nothing else.
-    RandomVectors random;
+    std::mt19937_64 generator(11);
+    std::normal_distribution<double> normal(0.0, 1.0);
+    const auto next = [&] { return test::random_vector(normal, generator); };
     for (int i = 0; i < 2000; ++i) {
-        const Vector3 pivot = random.next();
-        const Vector3 tip = pivot + 0.15 * random.next().normalized();
+        const Vector3 pivot = next();
+        const Vector3 tip = pivot + 0.15 * next().normalized();
         const Vector3 shaft = (tip - pivot).normalized();
-        const Vector3 turn = random.next();
-        const double insertion = random.next().x();
-        const Wrench load{.force = random.next(), .moment = random.next()};  // about the origin
+        const Vector3 turn = next();
+        const double insertion = next().x();
+        const Wrench load{.force = next(), .moment = next()};  // about the origin
         const Wrench about_pivot = moved_to(load, pivot);
         const double power = load.force.dot(insertion * shaft - turn.cross(pivot)) + load.moment.dot(turn);
         const Vector3 tip_velocity = turn.cross(tip - pivot) + insertion * shaft;
@@ -107,8 +101,7 @@ std::string needle_text() {
 
 StepRow first_row(const std::string& method, const char* device = "") {
     const Scene scene = test::scene_from_text(needle_text());
-    const MethodSpec spec = parse_method(method);
-    Simulation simulation(scene, make_detector("brute_force"), make_response(spec.name, spec.parameters),
+    Simulation simulation(scene, make_detector("brute_force"), make_response(method),
                           registry().contact_generator("intersection"), {.device = read_device(device)});
     return simulation.step();
 }

@@ -6,8 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "measure/depth_truth.hpp"
-#include "support/closed_loop.hpp"
+#include "support/courses.hpp"
 #include "support/known_gap.hpp"
 #include "support/scene_runs.hpp"
 #include "support/scene_samples.hpp"
@@ -15,62 +14,27 @@
 namespace trocar {
 namespace {
 
+using test::clear_depth;
 using test::ClosedLoop;
+using test::Course;
 using test::LoopBody;
 using test::make_box;
 using test::make_shaft;
 using test::make_sheet;
 using test::Mesh;
-
-constexpr double clear = 1e-4;  // m, what the requirement calls clear
-
-/// What a run comes to.
-struct Course {
-    double worst_depth = 0.0;  ///< m, after any tick
-    double last_depth = 0.0;   ///< m
-    double force = 0.0;        ///< N, largest on the tool
-    std::int64_t ruptures = 0;
-    int deep_unreported = 0;  ///< most ticks in a row deeper than `clear` before the first rupture
-};
-
-/// Body 0 is the tool.
-Course run(ClosedLoop& loop, int ticks) {
-    Course course;
-    DepthTruth truth(loop.topology, loop.frame);
-    int deep = 0;
-    for (int tick = 0; tick < ticks; ++tick) {
-        if (!loop.step()) {
-            ADD_FAILURE() << "tick " << tick << ": " << loop.outcome.message;
-            break;
-        }
-        course.last_depth = truth.measure(loop.frame).residual_penetration;
-        course.worst_depth = std::max(course.worst_depth, course.last_depth);
-        course.force = std::max(course.force, loop.tool_force(0).norm());
-        course.ruptures += loop.ruptures;
-        deep = course.last_depth > clear && course.ruptures == 0 ? deep + 1 : 0;
-        course.deep_unreported = std::max(course.deep_unreported, deep);
-    }
-    return course;
-}
-
-ClosedLoop loop_of(const Mesh& tool, std::function<Vector3(double)> offset, const Mesh& sheet,
-                   const std::string& method = "unilateral") {
-    return ClosedLoop(
-        {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = tool, .offset = std::move(offset)},
-         LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = sheet}},
-        method);
-}
+using test::run_course;
+using test::tool_on_tissue;
 
 TEST(UnilateralLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNothingIntoIt) {
     // At 40 ms all of the end's triangles lie in the sheet's plane, to rounding: the triangles overlap by millimetres
     // in the plane that they share, and nothing is inside. Then it stands, or goes on.
     for (const double depth : {0.0, 0.004}) {
-        ClosedLoop loop = loop_of(
+        ClosedLoop loop = tool_on_tissue(
             make_shaft(0.006, 0.05, 12, 0.0),
             [depth](double t) { return Vector3(0.0013, 0.0007, 0.001 - std::min(0.025 * t, 0.001 + depth)); },
-            make_sheet(12, 0.005));
-        const Course course = run(loop, 260);
-        EXPECT_LE(course.worst_depth, clear) << depth;
+            make_sheet(12, 0.005), "unilateral");
+        const Course course = run_course(loop, 260);
+        EXPECT_LE(course.worst_depth, clear_depth) << depth;
         EXPECT_EQ(course.ruptures, 0) << depth;
     }
 }
@@ -121,7 +85,7 @@ double drag_share(double friction) {
         const double down = 0.03 * std::min(t, press_until);
         return Vector3(-0.003 + 0.02 * std::max(0.0, t - press_until), 0.0013, 0.0022 - down);
     };
-    ClosedLoop loop = loop_of(bar, offset, make_sheet(8, 0.01), fmt::format("unilateral:friction={}", friction));
+    ClosedLoop loop = tool_on_tissue(bar, offset, make_sheet(8, 0.01), fmt::format("unilateral:friction={}", friction));
     double along = 0.0;
     double across = 0.0;
     for (int tick = 0; tick < 400; ++tick) {
@@ -150,7 +114,7 @@ TEST(UnilateralFold, NeedleDraggedWithItsPointInAPocketIsNotFoldedOver) {
     // between the cone's own vertices.
     const Record record = test::run_scene_with(test::scene_from_text(dragged_needle), "unilateral");
     EXPECT_EQ(record.summary.at("ruptures"), 0.0);
-    EXPECT_LE(record.summary.at("residual_penetration_max_m"), clear);
+    EXPECT_LE(record.summary.at("residual_penetration_max_m"), clear_depth);
     EXPECT_GT(record.summary.at("force_max_n"), 0.3);
 }
 
@@ -166,11 +130,11 @@ constexpr const char* resting_shaft =
                 {"time":0.02567,"pose":[0.003494203558375027,-0.0024876330048711247,-0.004835484260774331,0,0,0]}]}}]})";
 
 TEST(UnilateralPress, SheetUnderAToolThatStandsStillComesToRest) {
-    // The triangle under the middle of the shaft's end tilts while it slides there. It swung ever wider, 0.15 mm of the
-    // end left inside, though nothing does work on the tissue any more and its springs are damped.
+    // The triangle under the middle of the shaft's end tilts while it slides there. Nothing does work on the tissue any
+    // more, and its springs are damped.
     const Record record = test::run_scene_with(test::scene_from_text(resting_shaft), "unilateral");
     EXPECT_EQ(record.summary.at("ruptures"), 0.0);
-    EXPECT_LE(record.summary.at("residual_penetration_settled_m"), clear);
+    EXPECT_LE(record.summary.at("residual_penetration_settled_m"), clear_depth);
     EXPECT_GT(record.summary.at("force_max_n"), 0.3);
 }
 
@@ -205,8 +169,9 @@ TEST(UnilateralRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueC
             {"on it", [&](double t) { return Vector3(0.0302, 0.0007, std::max(0.005 - 0.05 * t, down)); }, 160},
             {"in", [&](double t) { return Vector3(drag(0.05, 0.02, t), 0.0007, down); }, 600}};
         for (const Travel& path : travels) {
-            ClosedLoop loop = loop_of(make_shaft(0.004, 0.05, 10, 0.003), path.offset, make_sheet(12, 0.005));
-            const Course course = run(loop, path.last_key + 200);
+            ClosedLoop loop =
+                tool_on_tissue(make_shaft(0.004, 0.05, 10, 0.003), path.offset, make_sheet(12, 0.005), "unilateral");
+            const Course course = run_course(loop, path.last_key + 200);
             EXPECT_GT(course.ruptures, 0) << path.name;
             EXPECT_LE(course.deep_unreported, 100) << path.name;
             EXPECT_LE(course.force, strength(0.004, 0.005)) << path.name;
@@ -216,11 +181,12 @@ TEST(UnilateralRim, GapToolOverAPinnedRimTearsItAndIsNotPressedHarderThanTissueC
 
 TEST(UnilateralRim, ToolBesideAPinnedRimIsHeldWithoutTearing) {
     // The tool's side is 2 mm from the rim: triangles that it touches have pinned corners and can still follow.
-    ClosedLoop loop = loop_of(
+    ClosedLoop loop = tool_on_tissue(
         make_shaft(0.004, 0.05, 10, 0.003),
-        [](double t) { return Vector3(0.024, 0.0007, std::max(0.002 - 0.05 * t, -0.003)); }, make_sheet(12, 0.005));
-    const Course course = run(loop, 300);
-    EXPECT_LE(course.worst_depth, clear);
+        [](double t) { return Vector3(0.024, 0.0007, std::max(0.002 - 0.05 * t, -0.003)); }, make_sheet(12, 0.005),
+        "unilateral");
+    const Course course = run_course(loop, 300);
+    EXPECT_LE(course.worst_depth, clear_depth);
     EXPECT_EQ(course.ruptures, 0);
 }
 

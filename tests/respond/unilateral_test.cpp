@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -20,10 +19,6 @@ namespace trocar {
 namespace {
 
 using test::run_scene_with;
-
-Scene shipped(const std::string& name) {
-    return read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (name + ".json"), std::nullopt);
-}
 
 double worst_depth(const Record& record, std::int64_t from_tick) {
     double worst = 0.0;
@@ -44,15 +39,10 @@ double largest_force(const Record& record) {
 /// reference has no jaws that hold.
 std::vector<std::string> clear_scenes() {
     std::vector<std::string> names{"i2t_grasp", "i2t_two_grasp"};
-    const std::filesystem::path scenes = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
-    for (const auto& entry : std::filesystem::directory_iterator(scenes)) {
-        const std::string name = entry.path().stem().string();
+    for (const std::string& name : test::scene_names()) {
         // Scenes of the data outside the project have tests of their own; those of bones and tools have no tissue.
-        if (entry.path().extension() != ".json" || name == "liver_maryland" || name == "i2i_cross" ||
-            name == "i2r_scrape") {
-            continue;
-        }
-        const Reference reference = find_reference(shipped(name)).reference;
+        if (name == "liver_maryland" || name == "i2i_cross" || name == "i2r_scrape") continue;
+        const Reference reference = find_reference(test::shipped_scene(name)).reference;
         if (reference.hard.clears_within_strain_limit.value_or(false)) names.push_back(name);
     }
     std::sort(names.begin(), names.end());
@@ -68,7 +58,7 @@ class UnilateralOnShippedScenes : public testing::TestWithParam<std::string> {};
 /// reference: its own bound, or one part in a hundred of its peak, or one and a half times the stored error of
 /// `thesis:profile=corrected` (November 2026).
 TEST_P(UnilateralOnShippedScenes, LeavesNoMoreThanATwentiethOfAMillimetreAtAnyTickAndShowsTheForceOfHardContact) {
-    const Scene scene = shipped(GetParam());
+    const Scene scene = test::shipped_scene(GetParam());
     const Record record = run_scene_with(scene, "unilateral");
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     const auto is_clear = [&] { EXPECT_LE(worst_depth(record, starts_deep(GetParam()) ? 30 : 0), 5e-5); };
@@ -217,7 +207,7 @@ TEST(UnilateralOfTwoShafts, GapHoldsFourAndAHalfNewtons) {
 }
 
 TEST(UnilateralInSqueeze, TissueWithoutAPlaceIsReportedTornAndPressedNoHarderThanItsLimit) {
-    const Record record = run_scene_with(shipped("r2t_squeeze"), "unilateral");
+    const Record record = run_scene_with(test::shipped_scene("r2t_squeeze"), "unilateral");
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     double ruptures = 0.0;
     for (const StepRow& row : record.rows) ruptures += static_cast<double>(row.ruptures);

@@ -10,6 +10,7 @@
 #include "method/registry.hpp"
 #include "scene/scene.hpp"
 #include "simulate/runs.hpp"
+#include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
@@ -51,7 +52,7 @@ Record replay_of(const Scene& scene, const std::string& detector) {
 
 class SpeedSweep : public testing::TestWithParam<const char*> {
 protected:
-    SpeedSweep() : scene(read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/" + GetParam() + ".json", {})) {}
+    SpeedSweep() : scene(test::shipped_scene(GetParam())) {}
     Scene scene;
 };
 
@@ -80,7 +81,7 @@ TEST_P(SpeedSweep, PassesAreTheOnesOfTheScriptAndTheMissedOnesFallBetweenFrames)
 }
 
 TEST(SpeedSweepFast, ContinuousTestMissesNone) {
-    const Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_speed_sweep.json", {});
+    const Scene scene = test::shipped_scene("i2t_speed_sweep");
     for (const DetectorEntry& entry : registry().detectors()) {
         const bool has_option = std::any_of(entry.parameters.begin(), entry.parameters.end(),
                                             [](const Parameter& p) { return p.name == "swept"; });

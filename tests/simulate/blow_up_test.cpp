@@ -12,6 +12,7 @@
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
 #include "support/created_energy.hpp"
+#include "support/methods.hpp"
 #include "support/scene_runs.hpp"
 #include "support/scene_samples.hpp"
 #include "tissue/mass_spring.hpp"
@@ -20,11 +21,6 @@ namespace trocar {
 namespace {
 
 using Json = nlohmann::json;
-
-Json shipped(const std::string& name) {
-    std::ifstream file(std::string(TROCAR_SOURCE_DIR) + "/scenes/" + name + ".json");
-    return Json::parse(file);
-}
 
 struct Watched {
     Outcome outcome;
@@ -38,8 +34,7 @@ Watched run_watched(const Scene& scene, const std::string& response, std::int64_
     const MethodSpec spec = parse_method(response);
     // Contacts of meeting triangles where the response reads them: they come late, and let go all at once.
     const ContactGeneratorEntry& source = registry().contact_generator(test::meeting_triangles_or_own(spec));
-    Simulation simulation(scene, make_detector("ohc_clustered"), make_response(spec.name, spec.parameters), source,
-                          {.watched = watched});
+    Simulation simulation(scene, make_detector("ohc_clustered"), make_response(response), source, {.watched = watched});
     test::CreatedEnergy created(scene);
     Watched result;
     for (; result.ticks < ticks; ++result.ticks) {
@@ -93,14 +88,14 @@ Scene micron_edge() {
         }
     }
     mesh.close();
-    Json scene = shipped("i2t_poke");
+    Json scene = test::shipped_json("i2t_poke");
     scene["bodies"][0]["parts"] = Json::array({{{"mesh", "sheet.obj"}}});
     std::ofstream(folder.path() / "scene.json") << scene.dump();
     return read_scene(folder.path() / "scene.json", std::nullopt);
 }
 
 Scene poke(double k, double youngs_modulus) {
-    Json scene = shipped("i2t_poke");
+    Json scene = test::shipped_json("i2t_poke");
     scene["contact"][0]["k"] = k;
     scene["bodies"][0]["tissue"]["youngs_modulus"] = youngs_modulus;
     return test::scene_from_text(scene.dump());
@@ -108,14 +103,14 @@ Scene poke(double k, double youngs_modulus) {
 
 /// The two sheets of t2t_press, the lower one turned about y by this angle (degrees) through the upper one.
 Scene crossed_sheets(double angle) {
-    Json scene = shipped("t2t_press");
+    Json scene = test::shipped_json("t2t_press");
     scene["bodies"][1]["pose"] = {0.0017, 0.0009, 0.0, 0.0, angle, 7.0};
     return test::scene_from_text(scene.dump());
 }
 
 /// i2t_grasp with all lengths but the tissue's thickness ten times as large.
 Scene large_grasp() {
-    Json scene = shipped("i2t_grasp");
+    Json scene = test::shipped_json("i2t_grasp");
     const auto scale = [](Json& list, std::size_t count) {
         for (std::size_t i = 0; i < count; ++i) list[i] = 10.0 * list[i].get<double>();
     };
@@ -158,10 +153,8 @@ bool has_blown_up(const Watched& unwatched) {
 
 TEST_P(BlowsUp, EndsUnstableWithItsCause) {
     const BlowUpCase& given = GetParam();
-    const auto found =
-        std::find_if(registry().responses().begin(), registry().responses().end(),
-                     [&](const ResponseEntry& one) { return one.name == parse_method(given.response).name; });
-    if (found == registry().responses().end()) GTEST_SKIP() << given.response << " is absent";
+    if (!test::is_registered(registry().responses(), parse_method(given.response).name))
+        GTEST_SKIP() << given.response << " is absent";
     const Scene scene = given.scene();
     const Watched unwatched = run_watched(scene, given.response, scene.ticks, false);
     EXPECT_TRUE(has_blown_up(unwatched)) << unwatched.most_force << " N, strain " << unwatched.most_strain << ", "
@@ -193,11 +186,10 @@ INSTANTIATE_TEST_SUITE_P(
 
 /// The first 600 ticks of every shipped scene with tissue, `unilateral` as it is by default.
 TEST(BlowUp, ShippedScenesAreNoneUnderUnilateral) {
-    const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
     int asked = 0;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        if (entry.path().extension() != ".json" || lacks_data(entry.path(), std::nullopt)) continue;
-        const Scene scene = read_scene(entry.path(), std::nullopt);
+    for (const std::string& name : test::scene_names()) {
+        if (lacks_data(test::scene_file(name), std::nullopt)) continue;
+        const Scene scene = test::shipped_scene(name);
         if (!scene.has_tissue()) continue;
         const Watched held = run_watched(scene, "unilateral", std::min<std::int64_t>(scene.ticks, 600), true);
         EXPECT_TRUE(held.outcome.ok()) << scene.name << ": " << held.outcome.message;
@@ -209,8 +201,7 @@ TEST(BlowUp, ShippedScenesAreNoneUnderUnilateral) {
 /// The same scenes under a response that bears them, and a stiff contact, a micron and a deep start that are no fault.
 TEST(BlowUp, WhatHoldsIsLeftAlone) {
     for (const auto& scene : {poke(1e9, usual_modulus), poke(usual_k, 38e6), micron_edge(), large_grasp(),
-                              test::scene_from_text(shipped("i2t_deep_start").dump()),
-                              test::scene_from_text(shipped("i2t_deep_sheet").dump())}) {
+                              test::shipped_scene("i2t_deep_start"), test::shipped_scene("i2t_deep_sheet")}) {
         const Watched held = run_watched(scene, "unilateral", scene.ticks, true);
         EXPECT_TRUE(held.outcome.ok()) << scene.name << ": " << held.outcome.message;
     }

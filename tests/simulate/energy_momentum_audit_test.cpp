@@ -8,6 +8,7 @@
 #include "measure/allocations.hpp"
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
+#include "support/energy.hpp"
 #include "support/scene_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -50,16 +51,6 @@ public:
     std::vector<Wrench> load;
 };
 
-double energy_of(const Materials& materials, const Frame& frame) {
-    double energy = potential_energy(materials, frame.position);
-    for (Index v = 0; v < frame.position.cols(); ++v) {
-        if (is_free(materials, v)) {
-            energy += 0.5 * materials.mass[static_cast<std::size_t>(v)] * frame.velocity.col(v).squaredNorm();
-        }
-    }
-    return energy;
-}
-
 /// The slope of the energy is the force, by differences.
 TEST(EnergyMomentumAudit, PotentialEnergyHasTheForcesAsItsSlope) {
     LooseSheet sheet(0);
@@ -86,10 +77,10 @@ TEST(EnergyMomentumAudit, PotentialEnergyHasTheForcesAsItsSlope) {
 TEST(EnergyMomentumAudit, WhatDampersTakeIsWhatALooseSheetLoses) {
     for (const int substeps : {0, 200}) {
         LooseSheet sheet(substeps);
-        const double before = energy_of(sheet.scene.materials, sheet.frame);
+        const double before = test::energy_of(sheet.scene.materials, sheet.frame);
         EnergyMomentumAudit audit(sheet.scene);
         sheet.run(audit, 100);
-        const double lost = before - energy_of(sheet.scene.materials, sheet.frame);
+        const double lost = before - test::energy_of(sheet.scene.materials, sheet.frame);
         const auto figures = audit.figures();
         ASSERT_GT(lost, 1e-6);
         // With many sub-steps only the audit's own integral is left.
@@ -141,7 +132,7 @@ Closing closing_of(const Scene& scene, const std::string& response) {
 
 /// The bounds that METHODS §4 states, and that the remainder is the steps' own: it goes with their length.
 TEST(EnergyMomentumAudit, CloseOnContactWithTissueAndOnAnOperatorAgainstBone) {
-    Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json", std::nullopt);
+    Scene scene = test::shipped_scene("i2t_poke");
     const Closing poke = closing_of(scene, "unilateral");
     EXPECT_LT(poke.energy, 0.03);
     EXPECT_LT(poke.momentum, 0.015);
@@ -161,7 +152,7 @@ TEST(EnergyMomentumAudit, CloseOnContactWithTissueAndOnAnOperatorAgainstBone) {
 /// `thesis`, under which vertices swing within the tick (their force jumps by half a newton), which no parabola through
 /// its ends follows.
 TEST(EnergyMomentumAudit, CloseWithinAPercentWhateverTheResponseGives) {
-    const Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json", std::nullopt);
+    const Scene scene = test::shipped_scene("i2t_poke");
     int asked = 0;
     for (const ResponseEntry& entry : registry().responses()) {
         if (entry.control || entry.name == "global_intersection") continue;

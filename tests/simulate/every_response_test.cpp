@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -12,37 +11,19 @@
 #include "method/registry.hpp"
 #include "scene/scene.hpp"
 #include "simulate/simulation.hpp"
-#include "support/data.hpp"
-#include "support/program.hpp"
+#include "support/methods.hpp"
+#include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
 
-const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
 constexpr int most_ticks = 120;
-
-std::vector<std::string> scene_names() {
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-}
 
 /// Every response as it comes, and with its first declared choices where these make another method of it.
 std::vector<std::string> responses() {
     std::vector<std::string> methods;
     for (const ResponseEntry& entry : registry().responses()) {
-        methods.push_back(entry.name);
-        for (const Parameter& parameter : entry.parameters) {
-            if (parameter.name != "profile" && parameter.name != "setting") continue;
-            for (const std::string& choice : parameter.choices) {
-                if (choice != parameter.default_value) {
-                    methods.push_back(entry.name + ":" + parameter.name + "=" + choice);
-                }
-            }
-        }
+        for (const std::string& method : test::variants_of(entry, {"profile", "setting"})) methods.push_back(method);
     }
     return methods;
 }
@@ -57,21 +38,16 @@ std::string native_detector() {
 class EveryResponse : public testing::TestWithParam<std::string> {};
 
 TEST_P(EveryResponse, EndsEveryTickWithANamedOutcome) {
-    const std::filesystem::path file = folder / (GetParam() + ".json");
-    const std::filesystem::path path = test::data_path(".");
-    const std::optional<std::filesystem::path> data = path.empty() ? std::nullopt : std::optional(path);
-    if (lacks_data(file, data)) GTEST_SKIP() << "no data: meshes of " << GetParam();
-    Scene scene = read_scene(file, data);
+    const std::filesystem::path file = test::scene_file(GetParam());
+    if (lacks_data(file, test::data_folder())) GTEST_SKIP() << "no data: meshes of " << GetParam();
+    Scene scene = read_scene(file, test::data_folder());
     const int ticks = scene.topology.triangle_count() > 4000 ? 30 : most_ticks;  // large meshes take long
     double last = 0.0;
     for (const SceneBody& body : scene.bodies) {
         if (body.motion) last = std::max(last, body.motion->last_key_time());
     }
     const double faster = std::max(1.0, last / (ticks * scene.dt));
-    for (SceneBody& body : scene.bodies) {
-        if (!body.motion) continue;
-        for (MotionKey& key : body.motion->keys) key.time /= faster;
-    }
+    test::speed_up(scene, faster);
     for (const ContactGeneratorEntry& source : registry().contact_generators()) {
         const std::string detector = source.wants_native ? native_detector() : "ohc";
         if (detector.empty()) continue;
@@ -80,7 +56,7 @@ TEST_P(EveryResponse, EndsEveryTickWithANamedOutcome) {
             if (!why_unreadable(source, spec).empty()) continue;
             const std::string name = method + " on contacts " + source.name;
             // What jitters beyond its scripts' work is another test's.
-            Simulation simulation(scene, make_detector(detector), make_response(spec.name, spec.parameters), source,
+            Simulation simulation(scene, make_detector(detector), make_response(method), source,
                                   {.watched = spec.name == "unilateral"});
             std::int64_t contacts = 0;
             // Tissue that goes further than a query distance can cover has blown up; the rest of the run only takes
@@ -117,14 +93,14 @@ TEST_P(EveryResponse, EndsEveryTickWithANamedOutcome) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, EveryResponse, testing::ValuesIn(scene_names()),
+INSTANTIATE_TEST_SUITE_P(Scenes, EveryResponse, testing::ValuesIn(test::scene_names()),
                          [](const auto& name) { return name.param; });
 
 TEST(EveryResponse, RunsFromTheCommandLineWithEveryContactSource) {
     // i2t_deep_start begins in contact.
     for (const std::string& method : responses()) {
         for (const ContactGeneratorEntry& source : registry().contact_generators()) {
-            std::string arguments = "run " + (folder / "i2t_deep_start.json").string() +
+            std::string arguments = "run " + test::scene_file("i2t_deep_start").string() +
                                     " --ticks 3 --json --response " + method + " --contacts " + source.name;
             if (source.wants_native && native_detector().empty()) continue;
             if (source.wants_native) arguments += " --detector " + native_detector();

@@ -1,8 +1,6 @@
 // The volume constraint in a closed loop: an organ with a bulk modulus under a blunt shaft.
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -30,8 +28,7 @@ double volume_of(const Scene& scene, const Frame& frame, const BodyRange& body) 
 
 /// i2t_press_filled with another bulk modulus (Pa), until the shaft has stood for 250 ms.
 Pressed press(double bulk_modulus) {
-    std::ifstream file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2t_press_filled.json");
-    nlohmann::json text = nlohmann::json::parse(file);
+    nlohmann::json text = test::shipped_json("i2t_press_filled");
     text["bodies"][0]["tissue"]["bulk_modulus"] = bulk_modulus;
     const Scene scene = test::scene_from_text(text.dump());
     const BodyRange* organ = nullptr;

@@ -12,23 +12,6 @@
 namespace trocar {
 namespace {
 
-TEST(SceneFrames, SameSceneGivesTheSameBits) {
-    const Scene scene = test::scene_from_text(test::poke_text());
-    const auto one = scene_frames(scene, 50);
-    const auto two = scene_frames(scene, 50);
-    EXPECT_EQ(one->frame_count(), 50);
-    Frame a;
-    Frame b;
-    std::int64_t count = 0;
-    while (one->next(a)) {
-        ASSERT_TRUE(two->next(b));
-        EXPECT_EQ(a.tick, count++);
-        EXPECT_EQ(a.hash(), b.hash());
-    }
-    EXPECT_EQ(count, 50);
-    EXPECT_FALSE(two->next(b));
-}
-
 TEST(SceneFrames, TissueYieldsToTheTool) {
     const Scene scene = test::scene_from_text(test::poke_text());
     const auto source = scene_frames(scene, 60);
@@ -114,16 +97,18 @@ TEST(RecordedFrames, GiveBackWhatWasWritten) {
     }
     const auto source = scene_frames(scene, 7);
     const auto recorded = recorded_frames(file);
+    EXPECT_EQ(source->frame_count(), 7);
     EXPECT_EQ(recorded->frame_count(), 7);
     EXPECT_EQ(recorded->dt(), scene.dt);
     EXPECT_EQ(recorded->topology().triangles, scene.topology.triangles);
     Frame a;
     Frame b;
-    while (source->next(a)) {
-        ASSERT_TRUE(recorded->next(b));
+    for (std::int64_t tick = 0; tick < 7; ++tick) {
+        ASSERT_TRUE(source->next(a) && recorded->next(b));
+        EXPECT_EQ(a.tick, tick);
         EXPECT_EQ(a.hash(), b.hash());
     }
-    EXPECT_FALSE(recorded->next(b));
+    EXPECT_FALSE(source->next(a) || recorded->next(b));
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "geometry/exact.hpp"
 #include "measure/surface_distance.hpp"
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
@@ -19,7 +18,7 @@ class JudgeOnAPoke : public testing::Test {
 protected:
     JudgeOnAPoke()
         : scene_(test::scene_from_text(test::poke_text())),
-          simulation_(scene_, neutral(), nullptr, registry().contact_generator("intersection")) {
+          simulation_(scene_, make_detector("brute_force"), nullptr, registry().contact_generator("intersection")) {
         for (int tick = 0; tick <= 45; ++tick) simulation_.step();
         for (const BodyRange& body : scene_.topology.bodies) {
             if (body.kind == BodyKind::instrument) tool_ = body.vertices;
@@ -28,7 +27,6 @@ protected:
             lowest_ = std::min(lowest_, simulation_.seen().position(2, v));
         }
     }
-    static std::unique_ptr<Detector> neutral();
 
     /// Contacts of tool vertices that enter the sheet: it is the plane z = 0, so their depth is the true one.
     [[nodiscard]] ContactSet plain_contacts() const {
@@ -54,38 +52,6 @@ protected:
     Range tool_;
     double lowest_ = 0.0;
 };
-
-std::unique_ptr<Detector> JudgeOnAPoke::neutral() {
-    /// Every pair whose boxes and triangles meet, found the slow way.
-    class Slow final : public Detector {
-    public:
-        void prepare(const Topology& topology, const Frame& /*frame*/) override { topology_ = &topology; }
-        void update(const Frame& /*frame*/, double /*query_distance*/) override {}
-        void detect(const Frame& frame, ContactSet& contacts) override {
-            contacts.clear();
-            const auto corners = [&](Index t) {
-                const auto v = topology_->triangles.col(t);
-                return Corners{frame.position.col(v[0]), frame.position.col(v[1]), frame.position.col(v[2])};
-            };
-            for (Index a = 0; a < topology_->bodies[0].triangles.end(); ++a) {
-                for (Index b = topology_->bodies[1].triangles.first; b < topology_->bodies[1].triangles.end(); ++b) {
-                    if (oracle_intersect_boxed(corners(a), corners(b))) contacts.pairs.push_back({a, b});
-                }
-            }
-        }
-
-    private:
-        static bool oracle_intersect_boxed(const Corners& a, const Corners& b) {
-            Box box_a;
-            Box box_b;
-            for (const Vector3& p : a) box_a.add(p);
-            for (const Vector3& p : b) box_b.add(p);
-            return box_a.overlaps(box_b) && oracle_intersect(a, b);
-        }
-        const Topology* topology_ = nullptr;
-    };
-    return std::make_unique<Slow>();
-}
 
 TEST_F(JudgeOnAPoke, TrueAnswerHasNoErrors) {
     const StepRow row = judged(plain_contacts());

@@ -6,22 +6,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "measure/permutation.hpp"
 #include "method/registry.hpp"
 #include "scene/scene.hpp"
 #include "simulate/simulation.hpp"
+#include "support/methods.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
-
-Scene scene_named(const std::string& name) {
-    return read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (name + ".json"), std::nullopt);
-}
 
 Record metamorphic(const Scene& scene, const std::string& detector, const std::string& response, std::int64_t ticks) {
     RunSpec spec;
@@ -35,7 +30,7 @@ Record metamorphic(const Scene& scene, const std::string& detector, const std::s
 
 TEST(MetamorphicTest, AnExactDetectorAnswersEveryReportingAlike) {
     // Pairs of geometry alone: order, an exact shift and an exact factor change none of them.
-    const Record record = metamorphic(scene_named("i2t_lay"), "brute_force", "", 200);
+    const Record record = metamorphic(test::shipped_scene("i2t_lay"), "brute_force", "", 200);
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     EXPECT_GT(record.summary.at("metamorphic_pairs"), 0.0);
     for (const char* name : metamorphic_names) {
@@ -47,11 +42,8 @@ TEST(MetamorphicTest, AnExactDetectorAnswersEveryReportingAlike) {
 TEST(MetamorphicTest, ADetectorThatMergesContactsOfOnePlaceDependsOnEveryReportingButTheSameTwice) {
     // Known gaps of ODE (tests/known_gaps.json): which pairs are left depends on the order of triangles and bodies, on
     // the grid of its contact table and on the unit.
-    const auto& detectors = registry().detectors();
-    if (std::none_of(detectors.begin(), detectors.end(), [](const auto& one) { return one.name == "ode_trimesh"; })) {
-        GTEST_SKIP() << "ODE is not built in";
-    }
-    const Record record = metamorphic(scene_named("t2t_press"), "ode_trimesh", "", 0);
+    if (!test::is_registered(registry().detectors(), "ode_trimesh")) GTEST_SKIP() << "ODE is not built in";
+    const Record record = metamorphic(test::shipped_scene("t2t_press"), "ode_trimesh", "", 0);
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     for (const std::string name : metamorphic_names) {
         const double differing = record.summary.at("metamorphic_" + name + "_pairs");
@@ -61,7 +53,7 @@ TEST(MetamorphicTest, ADetectorThatMergesContactsOfOnePlaceDependsOnEveryReporti
 
 TEST(MetamorphicTest, AResponseThatGoesFromBodyToBodyDependsOnTheirOrder) {
     // Two instruments, each in an operator: what one has moved the other one meets.
-    const Scene scene = scene_named("i2i_cross");
+    const Scene scene = test::shipped_scene("i2i_cross");
     const Record thesis = metamorphic(scene, "ohc", "thesis", 0);
     const Record hold = metamorphic(scene, "ohc", "unilateral", 0);
     for (const char* name : {"metamorphic_bodies", "metamorphic_swapped"}) {
@@ -76,8 +68,7 @@ TEST(MetamorphicTest, TheLastTickCountsWhateverItsNumber) {
     // Positions are compared at every tenth tick and at the last one. Two runs side by side, the shafts above reported
     // in both orders and pressed together sooner, find a tick that is no tenth one and lies farther off than all that
     // are.
-    std::ifstream file(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2i_cross.json");
-    nlohmann::json text = nlohmann::json::parse(file);
+    nlohmann::json text = test::shipped_json("i2i_cross");
     nlohmann::json& keys = text["bodies"][1]["motion"]["keys"];
     keys[0]["pose"][2] = 0.0081;
     for (std::size_t key = 1; key < 4; ++key) keys[key]["time"] = 0.06 * static_cast<double>(key);
@@ -122,7 +113,7 @@ TEST(MetamorphicTest, TheLastTickCountsWhateverItsNumber) {
 }
 
 TEST(MetamorphicTest, AFreshRunHasTheSameHashAndAnotherAnswerAnother) {
-    const Scene scene = scene_named("i2t_lay");
+    const Scene scene = test::shipped_scene("i2t_lay");
     const Record once = metamorphic(scene, "brute_force", "", 300);
     EXPECT_EQ(once.state_hash, metamorphic(scene, "brute_force", "", 300).state_hash);
     EXPECT_NE(once.state_hash, metamorphic(scene, "brute_force", "", 400).state_hash);
@@ -132,7 +123,7 @@ TEST(MetamorphicTest, FaithfulDependsOnTheOrderOfTrianglesAndUnilateralDoesNot) 
     // METHODS §13: faithful responds once per triangle pair, one after the other in sorted order, each from what the
     // last has left; hold once per pair of features, all at once. It takes the whole stab until a vertex lies behind
     // two faces.
-    const Scene scene = scene_named("i2t_stab");
+    const Scene scene = test::shipped_scene("i2t_stab");
     const Record faithful = metamorphic(scene, "ohc", "thesis:profile=faithful", 600);
     const Record hold = metamorphic(scene, "ohc", "unilateral", 600);
     for (const Record* record : {&faithful, &hold}) {

@@ -12,6 +12,7 @@
 #include "measure/permutation.hpp"
 #include "method/registry.hpp"
 #include "support/scene_runs.hpp"
+#include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
@@ -49,10 +50,8 @@ std::optional<double> difference(const Scene& scene, const std::string& response
 }
 
 TEST(OwnResponses, MillimetresMakeNoDifference) {
-    // Two tissues and a tool, every contact many faces' at once: where ties were decided by rounding, forces differed
-    // by 20 to 85 % of their peak.
-    const Scene scene =
-        read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "t2t_press.json", std::nullopt);
+    // Two tissues and a tool, every contact many faces' at once: what decides ties by rounding shows other forces.
+    const Scene scene = test::shipped_scene("t2t_press");
     const std::map<std::string, std::string> gaps = known_gaps();
     constexpr double rounding = 1e-6;  // N, as in the metamorphic test of determinism
     std::size_t asked = 0;

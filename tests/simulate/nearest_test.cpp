@@ -10,14 +10,11 @@
 #include "scene/scene.hpp"
 #include "simulate/runs.hpp"
 #include "simulate/simulation.hpp"
+#include "support/meshes.hpp"
+#include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
-
-Corners corners_of(const Topology& topology, const Frame& frame, Index t) {
-    return {frame.position.col(topology.triangles(0, t)), frame.position.col(topology.triangles(1, t)),
-            frame.position.col(topology.triangles(2, t))};
-}
 
 const BodyRange& body_of(const Scene& scene, const std::string& name) {
     const auto found = std::find_if(scene.topology.bodies.begin(), scene.topology.bodies.end(),
@@ -26,7 +23,7 @@ const BodyRange& body_of(const Scene& scene, const std::string& name) {
 }
 
 TEST(NearestApproach, OfAToolThatHoversIsTheGapOfItsFile) {
-    const Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/hover.json", std::nullopt);
+    const Scene scene = test::shipped_scene("hover");
     RunSpec spec;
     spec.mode = "closed_loop";
     spec.detector = "ohc";
@@ -41,13 +38,12 @@ TEST(NearestApproach, OfAToolThatHoversIsTheGapOfItsFile) {
         const Frame& frame = simulation.seen();
         nearest.observe(scene.topology, frame);
         if (frame.tick % 10 != 0) return;
+        const auto corners = [&](Index t) { return test::corners_of(scene.topology.triangles, frame.position, t); };
         const Range sheet = body_of(scene, "sheet").triangles;
         const Range tool = body_of(scene, "tool").triangles;
         for (Index s = sheet.first; s < sheet.end(); ++s) {
             for (Index t = tool.first; t < tool.end(); ++t) {
-                const double squared =
-                    triangle_distance(corners_of(scene.topology, frame, s), corners_of(scene.topology, frame, t))
-                        .squared_distance;
+                const double squared = triangle_distance(corners(s), corners(t)).squared_distance;
                 every_pair = std::min(every_pair, std::sqrt(squared));
             }
         }
@@ -62,7 +58,7 @@ TEST(NearestApproach, OfAToolThatHoversIsTheGapOfItsFile) {
 }
 
 TEST(NearestApproach, TakesTheTickInWhichTheyWereNearest) {
-    Scene scene = read_scene(std::string(TROCAR_SOURCE_DIR) + "/scenes/hover.json", std::nullopt);
+    Scene scene = test::shipped_scene("hover");
     NearestApproach nearest;
     Frame frame = scene.first;
     const Range tool = body_of(scene, "tool").vertices;

@@ -17,6 +17,7 @@
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
 #include "simulate/simulation.hpp"
+#include "support/meshes.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar {
@@ -100,10 +101,7 @@ TEST(PassedThrough, IsCountedExactlyWhereTwoShaftsHaveChangedSidesAndTheRunEndsO
 
 /// m, between the two bodies of a scene over all their triangles; 0 where two of them meet.
 double distance_of_two(const Topology& topology, const Matrix3X& position) {
-    const auto corners = [&](Index triangle) {
-        const auto corner = topology.triangles.col(triangle);
-        return Corners{position.col(corner[0]), position.col(corner[1]), position.col(corner[2])};
-    };
+    const auto corners = [&](Index t) { return test::corners_of(topology.triangles, position, t); };
     double least = std::numeric_limits<double>::infinity();
     const Range first = topology.bodies[0].triangles;
     const Range second = topology.bodies[1].triangles;

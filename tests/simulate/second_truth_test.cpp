@@ -13,23 +13,12 @@
 #include "scene/scene.hpp"
 #include "simulate/runs.hpp"
 #include "simulate/simulation.hpp"
-#include "support/data.hpp"
 #include "support/second_truth.hpp"
+#include "support/shipped_scenes.hpp"
 #include "support/test_name.hpp"
 
 namespace trocar {
 namespace {
-
-const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes";
-
-std::vector<std::string> all_names() {
-    std::vector<std::string> names;
-    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-        if (entry.path().extension() == ".json") names.push_back(entry.path().stem().string());
-    }
-    std::sort(names.begin(), names.end());
-    return names;
-}
 
 constexpr std::array responses{"thesis:profile=corrected", "thesis:profile=faithful", "penalty"};
 
@@ -41,7 +30,7 @@ struct Case {
 
 std::vector<Case> all_cases() {
     std::vector<Case> cases;
-    for (const std::string& scene : all_names()) {
+    for (const std::string& scene : test::scene_names()) {
         for (std::size_t number = 0; number < responses.size(); ++number) {
             cases.push_back({scene, responses.at(number), static_cast<std::int64_t>(number)});
         }
@@ -134,11 +123,9 @@ struct Comparison {
 class ShippedScenes : public testing::TestWithParam<Case> {};
 
 TEST_P(ShippedScenes, SecondTruthAgreesOnSidesAndDepthAndNeitherNeedsTheFramesBetween) {
-    const std::filesystem::path file = folder / (GetParam().scene + ".json");
-    const std::filesystem::path data = test::data_path(".");
-    const std::optional<std::filesystem::path> data_folder = data.empty() ? std::nullopt : std::optional(data);
-    if (lacks_data(file, data_folder)) GTEST_SKIP() << "no data: meshes of " << GetParam().scene;
-    const Scene scene = read_scene(file, data_folder);
+    const std::filesystem::path file = test::scene_folder / (GetParam().scene + ".json");
+    if (lacks_data(file, test::data_folder())) GTEST_SKIP() << "no data: meshes of " << GetParam().scene;
+    const Scene scene = read_scene(file, test::data_folder());
     DepthTruth truth(scene.topology, scene.first);
     test::SecondTruth second(scene.topology, scene.first);
     Comparison comparison;

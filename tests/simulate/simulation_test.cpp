@@ -102,6 +102,8 @@ private:
     std::vector<Wrench> wrench_;
 };
 
+const ContactGeneratorEntry& meeting_triangles() { return registry().contact_generator("intersection"); }
+
 Range range_of(const Scene& scene, const std::string& name) {
     for (const BodyRange& body : scene.topology.bodies) {
         if (body.name == name) return body.vertices;
@@ -113,7 +115,7 @@ Range range_of(const Scene& scene, const std::string& name) {
 TEST(Simulation, PreviousIsWhereABodyWasATickAgoWhileItMovesAndWhenItHasStopped) {
     // The script ends at 0.04 s, in the middle of the run.
     const Scene scene = scene_from_text(poke_text());
-    Simulation simulation(scene, std::make_unique<Blind>(), nullptr, registry().contact_generator("intersection"));
+    Simulation simulation(scene, std::make_unique<Blind>(), nullptr, meeting_triangles());
     const Range tool = range_of(scene, "tool");
     Matrix3X before;
     int moved = 0;
@@ -133,7 +135,7 @@ TEST(Simulation, PreviousIsWhereABodyWasATickAgoWhileItMovesAndWhenItHasStopped)
 TEST(Simulation, ScriptedBodyFollowsItsPosesExactly) {
     const Scene scene = scene_from_text(poke_text());
     const Range tool = range_of(scene, "tool");
-    Simulation simulation(scene, std::make_unique<Blind>(), nullptr, registry().contact_generator("intersection"));
+    Simulation simulation(scene, std::make_unique<Blind>(), nullptr, meeting_triangles());
     for (int tick = 0; tick < 60; ++tick) {
         const StepRow row = simulation.step();
         ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().message;
@@ -157,18 +159,16 @@ TEST(Simulation, ScriptedBodyFollowsItsPosesExactly) {
 
 TEST(Simulation, FirstTickSeesTheFirstFrame) {
     const Scene scene = scene_from_text(poke_text());
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(),
-                          registry().contact_generator("intersection"));
+    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
     simulation.step();
     EXPECT_EQ(simulation.seen().position, scene.first.position);
 }
 
 TEST(Simulation, OnlyStagesThatTheSceneNamesArePresent) {
     const Scene tissue = scene_from_text(poke_text());
-    Simulation with(tissue, std::make_unique<Blind>(), std::make_unique<Idle>(),
-                    registry().contact_generator("intersection"));
+    Simulation with(tissue, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
     for (const std::int64_t ns : with.step().stage_ns) EXPECT_GE(ns, 0);
-    Simulation without(tissue, std::make_unique<Blind>(), nullptr, registry().contact_generator("intersection"));
+    Simulation without(tissue, std::make_unique<Blind>(), nullptr, meeting_triangles());
     const StepRow row = without.step();
     EXPECT_EQ(row.stage_ns[static_cast<std::size_t>(Stage::respond)], -1);
     EXPECT_EQ(row.stage_ns[static_cast<std::size_t>(Stage::advance)], -1);
@@ -178,16 +178,14 @@ TEST(Simulation, OnlyStagesThatTheSceneNamesArePresent) {
     text.replace(text.find("operator"), 8, "prescribed");
     const Scene scripted = scene_from_text(text);
     EXPECT_TRUE(scripted.materials.springs.empty());
-    Simulation rigid(scripted, std::make_unique<Blind>(), std::make_unique<Idle>(),
-                     registry().contact_generator("intersection"));
+    Simulation rigid(scripted, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
     EXPECT_EQ(rigid.step().stage_ns[static_cast<std::size_t>(Stage::advance)], -1);
     EXPECT_EQ(rigid.yielding_pairs(), std::vector<std::uint8_t>{0});
 }
 
 TEST(Simulation, TissueAtRestStaysAtRest) {
     const Scene scene = scene_from_text(poke_text());
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(),
-                          registry().contact_generator("intersection"));
+    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
     for (int tick = 0; tick < 50; ++tick) simulation.step();
     const Range sheet = range_of(scene, "sheet");
     const auto moved = (simulation.frame().position - scene.first.position).middleCols(sheet.first, sheet.count);
@@ -198,7 +196,7 @@ TEST(Simulation, NonFiniteForceIsAnOutcomeAndTheFrameStays) {
     const Scene scene = scene_from_text(poke_text());
     const Range sheet = range_of(scene, "sheet");
     Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Poisonous>(sheet.first + sheet.count / 2),
-                          registry().contact_generator("intersection"));
+                          meeting_triangles());
     Frame before;
     for (int tick = 0; tick < 5; ++tick) simulation.step();
     before = simulation.frame();
@@ -212,8 +210,7 @@ TEST(Simulation, NonFiniteForceIsAnOutcomeAndTheFrameStays) {
 
 TEST(Simulation, MethodThatThrowsHasFailedAndNothingElse) {
     const Scene scene = scene_from_text(poke_text());
-    Simulation simulation(scene, std::make_unique<Throwing>(), std::make_unique<Idle>(),
-                          registry().contact_generator("intersection"));
+    Simulation simulation(scene, std::make_unique<Throwing>(), std::make_unique<Idle>(), meeting_triangles());
     for (int tick = 0; tick < 3; ++tick) EXPECT_EQ(simulation.step().outcome, OutcomeKind::ok);
     EXPECT_EQ(simulation.step().outcome, OutcomeKind::threw);
     EXPECT_NE(simulation.outcome().message.find("detect: out of cheese"), std::string::npos);
@@ -243,8 +240,7 @@ TEST(Simulation, ALoadThatNoContactCarriesIsShownForTheWholeInstrumentWithItsMom
         force += wrench[b].force;
         moment += wrench[b].moment;
     }
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Bearing>(wrench),
-                          registry().contact_generator("intersection"));
+    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Bearing>(wrench), meeting_triangles());
     const StepRow row = simulation.step();
     ASSERT_TRUE(simulation.outcome().ok()) << simulation.outcome().message;
     for (std::size_t b = 0; b < wrench.size(); ++b) {
@@ -264,7 +260,7 @@ TEST(Simulation, OperatorRestsWhereOperatorAndContactBalance) {
     const Scene scene = scene_from_text(press_text(press));
     const Range tool = range_of(scene, "tool");
     Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<PlaneSpring>(tool, k),
-                          registry().contact_generator("intersection"));
+                          meeting_triangles());
     StepRow row;
     for (int tick = 0; tick < 1500; ++tick) row = simulation.step();
     ASSERT_TRUE(simulation.outcome().ok());
@@ -284,8 +280,7 @@ TEST(Simulation, OperatorRestsWhereOperatorAndContactBalance) {
 TEST(Simulation, OperatorWithoutContactFollowsItsScript) {
     const Scene scene = scene_from_text(press_text(-0.0005));
     const Range tool = range_of(scene, "tool");
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(),
-                          registry().contact_generator("intersection"));
+    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
     for (int tick = 0; tick < 400; ++tick) simulation.step();
     const Vector3 moved = simulation.frame().position.col(tool.first) - scene.first.position.col(tool.first);
     EXPECT_NEAR(moved.z(), -0.0005, 1e-6);
@@ -294,7 +289,7 @@ TEST(Simulation, OperatorWithoutContactFollowsItsScript) {
 TEST(Simulation, ReplayAnswersLikeTheLoopThatMadeTheFrames) {
     const Scene scene = scene_from_text(poke_text());
     const auto source = scene_frames(scene, 45);
-    Simulation replay(scene, neutral_pairs(), nullptr, registry().contact_generator("intersection"));
+    Simulation replay(scene, neutral_pairs(), nullptr, meeting_triangles());
     Frame frame;
     std::int64_t pairs = 0;
     while (source->next(frame)) {

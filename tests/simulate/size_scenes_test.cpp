@@ -10,7 +10,7 @@
 #include "method/registry.hpp"
 #include "scene/scene.hpp"
 #include "simulate/simulation.hpp"
-#include "support/data.hpp"
+#include "support/shipped_scenes.hpp"
 
 namespace trocar {
 namespace {
@@ -25,8 +25,7 @@ nlohmann::json cost_by_size() {
 TEST(SizeScenes, ATickOfTheMedianHasATouch) {
     const nlohmann::json study = cost_by_size();
     const auto ticks = study.at("ticks").get<int>();
-    const std::filesystem::path folder = test::data_path(".");
-    const std::optional<std::filesystem::path> data = folder.empty() ? std::nullopt : std::optional(folder);
+    const std::optional<std::filesystem::path> data = test::data_folder();
     int scenes = 0;
     for (const auto& entry : study.at("scenes")) {
         const auto name = entry.get<std::string>();

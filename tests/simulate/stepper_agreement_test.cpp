@@ -4,20 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <string>
 
 #include "scene/scene.hpp"
 #include "support/scene_runs.hpp"
+#include "support/scene_samples.hpp"
 
 namespace trocar {
 namespace {
 
 class SteppersAgree : public testing::TestWithParam<std::string> {
 protected:
-    SteppersAgree()
-        : scene_(
-              read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / (GetParam() + ".json"), std::nullopt)) {
+    SteppersAgree() : scene_(test::shipped_scene(GetParam())) {
         Scene finer = scene_;
         finer.materials.substeps *= 4;
         close_ = test::run_scene_with(finer, "unilateral", 0, 0, {}, "semi_implicit");
@@ -56,8 +54,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, SteppersAgree, testing::Values("i2t_poke", "i2t
 
 TEST(SmallSteps, HalfAsLongLeaveAQuarterOfTheDepth) {
     // What a step of h leaves open of a constraint that is solved once falls with h² (Macklin et al. 2019, section 4).
-    const Scene scene =
-        read_scene(std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "t2t_press.json", std::nullopt);
+    const Scene scene = test::shipped_scene("t2t_press");
     double before = 0.0;
     for (const int steps : {10, 20, 40}) {
         const Record record = test::run_scene_with(scene, "xpbd_contact:reduction=pair", 20, 0, {},

@@ -2,7 +2,10 @@
 // tissue, brute-force detection, the response with its default contact generator, and the tissue integrator.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numbers>
@@ -42,6 +45,31 @@ inline Mesh make_sheet(int n, double edge) {
             }
         }
     }
+    return mesh;
+}
+
+/// Adds a second layer of vertices, `by` from the first, and walls between the rims of the two.
+inline void add_walls(Mesh& mesh, const Vector3& by) {
+    std::map<std::pair<Index, Index>, int> directed;
+    for (const auto& t : mesh.triangles) {
+        for (std::size_t i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
+    }
+    const auto count = static_cast<Index>(mesh.points.size());
+    for (Index v = 0; v < count; ++v) mesh.points.push_back(mesh.points[static_cast<std::size_t>(v)] + by);
+    for (const auto& [edge, uses] : directed) {
+        if (directed.find({edge.second, edge.first}) != directed.end()) continue;
+        mesh.triangles.push_back({edge.second, edge.first, edge.first + count});
+        mesh.triangles.push_back({edge.second, edge.first + count, edge.second + count});
+    }
+}
+
+/// Closed plate of n×n squares of edge `edge`, from z = 0 down to -thickness. Lengths in m.
+inline Mesh make_plate(int n, double edge, double thickness) {
+    Mesh mesh = make_sheet(n, edge);
+    const std::vector<std::array<Index, 3>> top = mesh.triangles;
+    const auto count = static_cast<Index>(mesh.points.size());
+    add_walls(mesh, Vector3(0.0, 0.0, -thickness));
+    for (const auto& t : top) mesh.triangles.push_back({t[0] + count, t[2] + count, t[1] + count});
     return mesh;
 }
 
@@ -127,12 +155,12 @@ public:
         frame.velocity = Matrix3X::Zero(3, total);
         frame.pose.assign(bodies_.size(), {});
         make_materials();
-        const MethodSpec spec = parse_method(method);
-        response_ = make_response(spec.name, spec.parameters);
+        response_ = make_response(method);
         response_->prepare(topology, materials);
         detector_ = make_detector("brute_force");
         detector_->prepare(topology, frame);
-        const ContactGeneratorEntry& source = registry().contact_generator(default_contact_generator(spec));
+        const ContactGeneratorEntry& source =
+            registry().contact_generator(default_contact_generator(parse_method(method)));
         wants_query_distance_ = source.wants_query_distance;
         source_ = make_contact_generator(source.name);
         source_->prepare(topology, frame);
@@ -281,5 +309,44 @@ private:
     std::unique_ptr<MassSpring> tissue_;
     Rupture rupture_;
 };
+
+/// An instrument, body 0, over one tissue, body 1.
+inline ClosedLoop tool_on_tissue(const Mesh& tool, std::function<Vector3(double)> offset, const Mesh& tissue,
+                                 const std::string& method, bool closed = false) {
+    return ClosedLoop(
+        {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = tool, .offset = std::move(offset)},
+         LoopBody{.name = "tissue", .kind = BodyKind::tissue, .closed = closed, .mesh = tissue}},
+        method);
+}
+
+/// Heights (m) of triangles on the vertical line through a place, of those that it meets.
+inline std::vector<double> heights_at(const ClosedLoop& loop, Range triangles, const Vector3& place) {
+    std::vector<double> heights;
+    for (Index t = triangles.first; t < triangles.end(); ++t) {
+        const auto corner = loop.topology.triangles.col(t);
+        const Vector3 a = loop.frame.position.col(corner[0]);
+        const Vector3 ab = loop.frame.position.col(corner[1]) - a;
+        const Vector3 ac = loop.frame.position.col(corner[2]) - a;
+        const Vector3 x = place - a;
+        const double whole = ab.x() * ac.y() - ab.y() * ac.x();
+        const double b = (x.x() * ac.y() - x.y() * ac.x()) / whole;
+        const double c = (ab.x() * x.y() - ab.y() * x.x()) / whole;
+        constexpr double rounding = 1e-9;
+        if (b >= -rounding && c >= -rounding && b + c <= 1.0 + rounding) {
+            heights.push_back(a.z() + b * ab.z() + c * ac.z());
+        }
+    }
+    return heights;
+}
+
+/// m, of the lowest surface of the last body over the tool's tip (vertex 0): positive = the tip is through.
+inline double depth_at_tip(const ClosedLoop& loop) {
+    const Vector3 tip = loop.frame.position.col(0);
+    double lowest = std::numeric_limits<double>::infinity();
+    for (const double height : heights_at(loop, loop.topology.bodies.back().triangles, tip)) {
+        lowest = std::min(lowest, height);
+    }
+    return lowest - tip.z();
+}
 
 }  // namespace trocar::test

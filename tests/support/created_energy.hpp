@@ -8,8 +8,7 @@
 
 #include "scene/scene.hpp"
 #include "simulate/simulation.hpp"
-#include "tissue/mass_spring.hpp"
-#include "tissue/stability.hpp"
+#include "support/energy.hpp"
 
 namespace trocar::test {
 
@@ -24,11 +23,11 @@ public:
             if (scene_->topology.bodies[at(body)].kind != BodyKind::instrument) continue;
             const Vector3& force = simulation.body_loads()[at(body)].force;
             constexpr double no_force = 1e-9;  // N, above the rounding error of an operator's free motion
-            if (!before_ && force.norm() > no_force) before_ = energy_of(simulation.seen());
+            if (!before_ && force.norm() > no_force) before_ = energy_of(scene_->materials, simulation.seen());
             work += force.dot(step(body, simulation));
         }
         if (!before_) return;
-        const double now = energy_of(simulation.frame());
+        const double now = energy_of(scene_->materials, simulation.frame());
         sum_ += now - *before_ + work;
         before_ = now;
         largest_ = std::max(largest_, sum_);
@@ -49,15 +48,6 @@ private:
         }
         return seen.position.col(v) - seen.previous.col(v);
     }
-    [[nodiscard]] double energy_of(const Frame& frame) const {
-        double energy = potential_energy(scene_->materials, frame.position);
-        for (Index v = 0; v < scene_->topology.vertex_count; ++v) {
-            if (!is_free(scene_->materials, v)) continue;
-            energy += 0.5 * scene_->materials.mass[at(v)] * frame.velocity.col(v).squaredNorm();
-        }
-        return energy;
-    }
-
     const Scene* scene_;
     std::optional<double> before_;  ///< J, at the end of the last tick
     double sum_ = 0.0;

@@ -9,21 +9,6 @@
 
 namespace trocar::test {
 
-/// Height of a layer of triangles over (x, y): its highest point on the vertical line; NaN beside the layer.
-template <typename Corners>
-double height_of(const Corners& triangles, double x, double y) {
-    double height = std::nan("");
-    for (const auto& [a, b, c] : triangles) {
-        const double whole = (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-        const double wb = ((x - a.x()) * (c.y() - a.y()) - (y - a.y()) * (c.x() - a.x())) / whole;
-        const double wc = ((b.x() - a.x()) * (y - a.y()) - (b.y() - a.y()) * (x - a.x())) / whole;
-        if (!(wb >= 0.0 && wc >= 0.0 && wb + wc <= 1.0)) continue;
-        const double z = (1.0 - wb - wc) * a.z() + wb * b.z() + wc * c.z();
-        if (!(z < height)) height = std::isnan(height) ? z : std::max(z, height);
-    }
-    return height;
-}
-
 /// Two layers and their joint. Triangles are ordered: upper layer, lower layer, joint.
 struct LayeredTissue {
     Mesh mesh;

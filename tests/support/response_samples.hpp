@@ -57,8 +57,7 @@ struct PairSample {
     /// Calls the response and returns it. It must outlive the use of `output`, which may refer to the response's
     /// solver.
     std::unique_ptr<Response> respond(const std::string& method) {
-        const MethodSpec spec = parse_method(method);
-        std::unique_ptr<Response> response = make_response(spec.name, spec.parameters);
+        std::unique_ptr<Response> response = make_response(method);
         response->prepare(topology, materials);
         test::report_at_tick_start(topology, frame, contacts);
         response->respond(frame, dt, contacts, {}, output);
@@ -133,6 +132,17 @@ inline PairSample vertex_of_a_in_b(BodyKind kind_a, BodyKind kind_b) {
     contact.interval_length = 1e-4;
     contact.vertex_b = 3;
     return in_contact(kind_a, kind_b, corners, contact);
+}
+
+/// A library's own contact of vertex_of_a_in_b: 2 mm deep, without vertices.
+inline Contact native_contact() {
+    Contact native;
+    native.a = 0;
+    native.b = 1;
+    native.point = Vector3(0.002, 0.003, -0.0007);
+    native.normal = -Vector3::UnitZ();
+    native.depth = 0.002;
+    return native;
 }
 
 /// Crossing edges with an overlap of 0.125 m along +x (case 3.9-a of the data).

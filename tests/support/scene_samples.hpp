@@ -1,13 +1,17 @@
-// Small scenes with known results, read by the scene reader.
+// Shipped scenes, and small ones with known results, read by the scene reader.
 #pragma once
 
 #include <fmt/format.h>
 
+#include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "scene/scene.hpp"
 #include "support/program.hpp"
+#include "support/shipped_scenes.hpp"
 
 namespace trocar::test {
 
@@ -16,6 +20,21 @@ inline Scene scene_from_text(const std::string& text) {
     const std::filesystem::path file = folder.path() / "scene.json";
     std::ofstream(file) << text;
     return read_scene(file, std::nullopt);
+}
+
+inline std::filesystem::path scene_file(const std::string& name) { return scene_folder / (name + ".json"); }
+inline Scene shipped_scene(const std::string& name) { return read_scene(scene_file(name), std::nullopt); }
+/// To be changed, and read by scene_from_text.
+inline nlohmann::json shipped_json(const std::string& name) {
+    return nlohmann::json::parse(read_file(scene_file(name)));
+}
+
+/// Scripts run `faster` times as fast.
+inline void speed_up(Scene& scene, double faster) {
+    for (SceneBody& body : scene.bodies) {
+        if (!body.motion) continue;
+        for (MotionKey& key : body.motion->keys) key.time /= faster;
+    }
 }
 
 /// A ball of radius 8 mm moves down into a pinned sheet at z = 0. Its lowest point moves from z = +3 mm to -2 mm in 40

@@ -19,7 +19,6 @@
 namespace trocar {
 namespace {
 
-constexpr double dt = 1e-3;      // s
 constexpr double edge = 0.0025;  // m
 constexpr double mass = 5e-5;    // kg
 
@@ -38,18 +37,11 @@ std::unique_ptr<Stepper> exact_implicit() {
     return make_stepper("implicit", {{"tolerance", "1e-13"}, {"iterations", "2000"}});
 }
 
-/// One stepper on a sample of its own.
-struct Stepped {
-    test::TissueSample s;
-    std::unique_ptr<Stepper> stepper;
-    std::vector<Wrench> reaction{1};
-
-    Stepped(const test::TissueSample& sample, std::unique_ptr<Stepper> by) : s(sample), stepper(std::move(by)) {
-        stepper->prepare(s.topology, s.materials);
-    }
-    void step(const ResponseOutput& output) {
-        reaction.assign(1, {});
-        const Outcome outcome = stepper->advance(output, dt, s.frame, s.frame, reaction);
+struct Stepped : test::Stepped {
+    using test::Stepped::Stepped;
+    void step(const ResponseOutput& given) {
+        output = given;
+        const Outcome outcome = advance();
         ASSERT_TRUE(outcome.ok()) << outcome.message;
     }
 };

@@ -22,8 +22,8 @@ constexpr double mu = 125.0;   // N s/m
 
 /// Two layers of side × side vertices without springs that fly into each other, every vertex in contact with three
 /// neighbours of the other layer.
-struct Layers {
-    explicit Layers(int side) : s(sample(side)), output(test::empty_output(s.topology)) {
+struct Layers : test::Stepped {
+    explicit Layers(int side) : Stepped(sample(side)) {
         std::mt19937 random(7);
         std::uniform_real_distribution<double> speed(-0.1, 0.1);
         std::uniform_real_distribution<double> tilt(-0.3, 0.3);
@@ -59,9 +59,6 @@ struct Layers {
         return test::make_tissue(points, std::vector<double>(count, mass), std::vector<std::uint8_t>(count, 0), {});
     }
     [[nodiscard]] double energy() const { return 0.5 * mass * s.frame.velocity.squaredNorm(); }
-
-    test::TissueSample s;
-    ResponseOutput output;
 };
 
 /// Row of a contact in the space of all velocities.
@@ -116,33 +113,28 @@ TEST(CrowdedContacts, WorkDoesNotGrowWithTheirNumber) {
 TEST(CrowdedContacts, MomentumIsKeptAndNoEnergyGiven) {
     for (const int side : {4, 16, 32}) {
         Layers layers(side);
-        MassSpring tissue(layers.s.topology, layers.s.materials);
-        std::vector<Wrench> reaction(1);
         const Vector3 momentum = mass * layers.s.frame.velocity.rowwise().sum();
         const double before = layers.energy();
-        ASSERT_TRUE(tissue.advance(layers.output, dt, layers.s.frame, reaction).ok());
+        ASSERT_TRUE(layers.advance(dt).ok());
         EXPECT_LT((mass * layers.s.frame.velocity.rowwise().sum() - momentum).norm(), 1e-15);
         EXPECT_LT(layers.energy(), before) << side;
-        for (const ContactForce& load : tissue.contact_forces()) EXPECT_GE(load.normal, 0.0);
+        for (const ContactForce& load : layers.stepper->contact_forces()) EXPECT_GE(load.normal, 0.0);
     }
 }
 
 TEST(CrowdedContacts, NoneGivesMoreThanItsLimit) {
     for (const int side : {4, 16, 32}) {
         Layers layers(side);
-        MassSpring free(layers.s.topology, layers.s.materials);
-        std::vector<Wrench> reaction(1);
-        Frame frame = layers.s.frame;
-        ASSERT_TRUE(free.advance(layers.output, dt, frame, reaction).ok());
+        Layers free(side);
+        ASSERT_TRUE(free.advance(dt).ok());
         double most = 0.0;
-        for (const ContactForce& load : free.contact_forces()) most = std::max(most, load.normal);
+        for (const ContactForce& load : free.stepper->contact_forces()) most = std::max(most, load.normal);
         for (ContactForceLaw& contact : layers.output.contacts) contact.limit = 0.5 * most;
-        MassSpring limited(layers.s.topology, layers.s.materials);
         const Vector3 momentum = mass * layers.s.frame.velocity.rowwise().sum();
-        ASSERT_TRUE(limited.advance(layers.output, dt, layers.s.frame, reaction).ok());
+        ASSERT_TRUE(layers.advance(dt).ok());
         EXPECT_LT((mass * layers.s.frame.velocity.rowwise().sum() - momentum).norm(), 1e-15);
         int at_limit = 0;
-        for (const ContactForce& load : limited.contact_forces()) {
+        for (const ContactForce& load : layers.stepper->contact_forces()) {
             EXPECT_LE(load.normal, 0.5 * most * (1.0 + 1e-12)) << side;
             at_limit += load.at_limit ? 1 : 0;
         }
@@ -153,15 +145,13 @@ TEST(CrowdedContacts, NoneGivesMoreThanItsLimit) {
 TEST(CrowdedContacts, ReportedForcesAreWhatMovesTheVerticesAndNearTheConvergedOnes) {
     for (const int side : {2, 4, 14}) {
         Layers layers(side);
-        MassSpring tissue(layers.s.topology, layers.s.materials);
-        std::vector<Wrench> reaction(1);
         const Eigen::VectorXd expected = converged_forces(layers);
         const Matrix3X before = layers.s.frame.velocity;
-        ASSERT_TRUE(tissue.advance(layers.output, dt, layers.s.frame, reaction).ok());
+        ASSERT_TRUE(layers.advance(dt).ok());
         Eigen::VectorXd impulse = Eigen::VectorXd::Zero(before.size());
         Eigen::VectorXd force(expected.size());
         for (Eigen::Index i = 0; i < expected.size(); ++i) {
-            force[i] = tissue.contact_forces()[static_cast<std::size_t>(i)].normal;
+            force[i] = layers.stepper->contact_forces()[static_cast<std::size_t>(i)].normal;
             impulse += dt * force[i] * row_of(layers.output.contacts[static_cast<std::size_t>(i)], before.cols());
         }
         const Eigen::VectorXd gained = mass * (layers.s.frame.velocity - before).reshaped();
@@ -217,27 +207,18 @@ TEST(CrowdedContacts, ARowThatYieldsOneAfterTheOtherIsSolvedWithTheTissuesWholeC
     }
     ASSERT_EQ(expected.size(), at(count));
 
-    std::vector<Vector3> points;
-    std::vector<Spring> springs;
+    test::TissueSample row = test::make_chain(count, inertia, {.rest = 0.01, .k = spring_k});
+    row.materials.pinned.assign(at(count), 0);
+    test::Stepped p(row, make_stepper("implicit", {{"tolerance", "1e-12"}, {"iterations", "5000"}}));
+    p.output.held_force(0, 0) = pushed;
     for (Index v = 0; v < count; ++v) {
-        points.emplace_back(0.01 * v, 0.0, 0.0);
-        if (v > 0) springs.push_back({.i = v - 1, .j = v, .rest = 0.01, .k = spring_k});
+        p.output.contacts.push_back(test::plane_contact(v, Vector3::UnitX(), 0.0, contact_k, 0.0));
+        p.output.contacts.back().role = ContactRole::grasp;
+        p.output.contacts.back().limit = limit;
     }
-    test::TissueSample s = test::make_tissue(points, std::vector<double>(at(count), inertia),
-                                             std::vector<std::uint8_t>(at(count), 0), springs);
-    const auto stepper = make_stepper("implicit", {{"tolerance", "1e-12"}, {"iterations", "5000"}});
-    stepper->prepare(s.topology, s.materials);
-    ResponseOutput output = test::empty_output(s.topology);
-    output.held_force(0, 0) = pushed;
+    ASSERT_TRUE(p.advance(h).ok());
     for (Index v = 0; v < count; ++v) {
-        output.contacts.push_back(test::plane_contact(v, Vector3::UnitX(), 0.0, contact_k, 0.0));
-        output.contacts.back().role = ContactRole::grasp;
-        output.contacts.back().limit = limit;
-    }
-    std::vector<Wrench> reaction(1);
-    ASSERT_TRUE(stepper->advance(output, h, s.frame, s.frame, reaction).ok());
-    for (Index v = 0; v < count; ++v) {
-        EXPECT_NEAR(stepper->contact_forces()[at(v)].normal, expected[at(v)], 0.02 * limit) << v;
+        EXPECT_NEAR(p.stepper->contact_forces()[at(v)].normal, expected[at(v)], 0.02 * limit) << v;
     }
 }
 

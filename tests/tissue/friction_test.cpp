@@ -4,9 +4,7 @@
 
 #include <cmath>
 
-#include "contact/response_output.hpp"
 #include "support/tissue_samples.hpp"
-#include "tissue/mass_spring.hpp"
 
 namespace trocar {
 namespace {
@@ -16,11 +14,8 @@ constexpr double dt = 1e-3;        // s
 constexpr double tangent_k = 500;  // N/m
 
 /// A block of one vertex on the plane z = 0 under a constant force; the plane slides at `drawn`.
-struct Block {
-    test::TissueSample s = test::make_tissue({Vector3::Zero()}, {mass}, {0}, {});
-    MassSpring tissue{s.topology, s.materials};
-    ResponseOutput output = test::empty_output(s.topology);
-    std::vector<Wrench> reaction{1};
+struct Block : test::Stepped {
+    Block() : Stepped(test::make_tissue({Vector3::Zero()}, {mass}, {0}, {})) {}
 
     void step(const Vector3& force, double friction, const Vector3& drawn = Vector3::Zero()) {
         output.clear();
@@ -32,8 +27,7 @@ struct Block {
         contact.slip_key = 0;
         contact.reaction_body = 0;
         output.contacts.push_back(contact);
-        reaction.assign(1, {});
-        ASSERT_TRUE(tissue.advance(output, dt, s.frame, reaction).ok());
+        ASSERT_TRUE(advance().ok());
     }
 };
 
@@ -63,26 +57,23 @@ TEST(Friction, DrawnSurfaceDragsWithFrictionTimesNormalForce) {
     // The block is tied to its place by a spring of 10 N/m: at rest the spring carries the drag.
     test::TissueSample s = test::make_tissue({Vector3::Zero(), Vector3(0.1, 0.0, 0.0)}, {mass, mass}, {0, 1},
                                              {{.i = 0, .j = 1, .rest = 0.1, .k = 10.0, .damping = 0.02}});
-    MassSpring tissue(s.topology, s.materials);
-    ResponseOutput output = test::empty_output(s.topology);
-    std::vector<Wrench> reaction(1);
+    test::Stepped p(s);
     for (const double friction : {0.1, 0.4}) {
         for (int tick = 0; tick < 3000; ++tick) {
-            output.clear();
-            output.held_force(2, 0) = -0.2;
-            ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), s.frame.position(2, 0), 1e4, 1.0);
+            p.output.clear();
+            p.output.held_force(2, 0) = -0.2;
+            ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), p.s.frame.position(2, 0), 1e4, 1.0);
             contact.friction = friction;
             contact.tangent_k = tangent_k;
             contact.surface_velocity = Vector3(-0.05, 0.0, 0.0);
             contact.slip_key = 0;
             contact.reaction_body = 0;
-            output.contacts.push_back(contact);
-            reaction.assign(1, {});
-            ASSERT_TRUE(tissue.advance(output, dt, s.frame, reaction).ok());
+            p.output.contacts.push_back(contact);
+            ASSERT_TRUE(p.advance().ok());
         }
-        EXPECT_NEAR(s.frame.position(0, 0), -friction * 0.2 / 10.0, 1e-5);
-        EXPECT_NEAR(reaction[0].force.x(), friction * 0.2, 1e-4) << "the opposite on the tool";
-        EXPECT_NEAR(reaction[0].force.z(), -0.2, 1e-4);
+        EXPECT_NEAR(p.s.frame.position(0, 0), -friction * 0.2 / 10.0, 1e-5);
+        EXPECT_NEAR(p.reaction[0].force.x(), friction * 0.2, 1e-4) << "the opposite on the tool";
+        EXPECT_NEAR(p.reaction[0].force.z(), -0.2, 1e-4);
     }
 }
 
@@ -108,8 +99,7 @@ TEST(Friction, EveryFaceOfAGrooveHasFrictionThoughTheirSpringIsOne) {
                 contact.reaction_body = 0;
                 block.output.contacts.push_back(contact);
             }
-            block.reaction.assign(1, {});
-            ASSERT_TRUE(block.tissue.advance(block.output, dt, block.s.frame, block.reaction).ok());
+            ASSERT_TRUE(block.advance().ok());
         };
         for (int tick = 0; tick < 200; ++tick) step();
         const double v = block.s.frame.velocity(0, 0);
@@ -144,7 +134,7 @@ TEST(Friction, AContactThatIsNewLeavesTheSpringsOfTheOthersStretched) {
             contact.reaction_body = 0;
             block.output.contacts.push_back(contact);
         }
-        ASSERT_TRUE(block.tissue.advance(block.output, dt, block.s.frame, block.reaction).ok());
+        ASSERT_TRUE(block.advance().ok());
         ASSERT_NEAR(block.s.frame.position(0, 0), held, 1e-9) << tick;
     }
 }
@@ -161,7 +151,7 @@ TEST(Friction, OffByDefaultAndForgottenWithTheContact) {
     for (int tick = 0; tick < 3; ++tick) {
         block.output.clear();
         block.s.frame.velocity.setZero();
-        ASSERT_TRUE(block.tissue.advance(block.output, dt, block.s.frame, block.reaction).ok());
+        ASSERT_TRUE(block.advance().ok());
     }
     block.step(Vector3(0.0, 0.0, -0.05), 0.5);
     for (int tick = 0; tick < 200; ++tick) block.step(Vector3(0.0, 0.0, -0.05), 0.5);
@@ -179,8 +169,7 @@ TEST(Friction, WorkReportedIsThatOfTheWholeForceOnEveryVertexThatItMoves) {
         s.frame.velocity.col(1) = Vector3(-0.1, 0.2, -0.1);
         s.frame.velocity.col(2) = Vector3(0.2, -0.3, -0.3);
         s.frame.velocity.col(3) = Vector3(0.1, 0.1, 0.2);
-        MassSpring tissue(s.topology, s.materials);
-        ResponseOutput output = test::empty_output(s.topology);
+        test::Stepped p(s);
         ContactForceLaw contact = test::plane_contact(0, Vector3::UnitZ(), -1e-4, 1e3, 0.1);
         contact.vertices = {0, 1, 2};
         contact.weights = {0.5, 0.3, 0.2};
@@ -193,13 +182,12 @@ TEST(Friction, WorkReportedIsThatOfTheWholeForceOnEveryVertexThatItMoves) {
         } else {
             contact.surface_velocity = Vector3(-0.4, 0.2, 0.0);
         }
-        output.contacts.push_back(contact);
-        std::vector<Wrench> reaction(1);
-        ASSERT_TRUE(tissue.advance(output, dt, s.frame, reaction).ok());
+        p.output.contacts.push_back(contact);
+        ASSERT_TRUE(p.advance().ok());
         Vector3 path = Vector3::Zero();
-        for (Index v = 0; v < 3; ++v) path += dt * contact.weights[at(v)] * s.frame.velocity.col(v);
-        if (two_tissues) path -= dt * s.frame.velocity.col(3);
-        const ContactForce& load = tissue.contact_forces()[0];
+        for (Index v = 0; v < 3; ++v) path += dt * contact.weights[at(v)] * p.s.frame.velocity.col(v);
+        if (two_tissues) path -= dt * p.s.frame.velocity.col(3);
+        const ContactForce& load = p.stepper->contact_forces()[0];
         ASSERT_GT(load.normal, 0.01);
         ASSERT_GT(load.friction, 0.001);
         EXPECT_NEAR(load.work, load.force.dot(path), 1e-15) << two_tissues;

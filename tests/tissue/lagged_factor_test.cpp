@@ -152,22 +152,15 @@ TEST(LaggedFactorOf, ASystemWithoutOneLeavesTheOneInUse) {
 using Settings = std::map<std::string, std::string>;
 
 /// A pinned disc of 0.5 mm triangles, k N/m, that a plane presses or a force pushes in the middle.
-struct PressedDisc {
-    test::TissueSample s;
-    std::unique_ptr<Stepper> stepper;
-    ResponseOutput output = test::empty_output(s.topology);
-    std::vector<Wrench> reaction{1};
-
+struct PressedDisc : test::Stepped {
     PressedDisc(const Settings& settings, double k)
-        : s(test::make_disc(0.006, 5e-4, k, 0.2, 1e-6)), stepper(make_stepper("implicit", settings)) {
-        stepper->prepare(s.topology, s.materials);
-    }
-    void advance() { ASSERT_TRUE(stepper->advance(output, dt, s.frame, s.frame, reaction).ok()); }
+        : Stepped(test::make_disc(0.006, 5e-4, k, 0.2, 1e-6), make_stepper("implicit", settings)) {}
+
     void step(int tick) {
         output.clear();
         const double gap = -(s.frame.position(2, 0) + 2e-5 * tick);
         output.contacts.push_back(test::plane_contact(0, -Vector3::UnitZ(), gap, 1e3, 0.1));
-        advance();
+        ASSERT_TRUE(advance().ok());
     }
     void press(int ticks) {
         for (int tick = 0; tick < ticks; ++tick) step(tick);
@@ -236,7 +229,7 @@ TEST(ImplicitFactor, NeedsFewIterationsWhereTheTissueIsStiff) {
         for (PressedDisc* disc : {&exact, &blocks, &factor}) {
             // Until the factor is there all is at rest.
             disc->output.held_force(2, 0) = tick < 2 ? 0.0 : -0.1 * k * 5e-4;
-            disc->advance();
+            ASSERT_TRUE(disc->advance().ok());
         }
         furthest_by_blocks = std::max(furthest_by_blocks, apart(exact, blocks));
         furthest_by_factor = std::max(furthest_by_factor, apart(exact, factor));

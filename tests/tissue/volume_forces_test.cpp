@@ -10,6 +10,7 @@
 
 #include "measure/allocations.hpp"
 #include "scene/tissue_materials.hpp"
+#include "support/energy.hpp"
 #include "support/scene_samples.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/mass_spring.hpp"
@@ -232,26 +233,9 @@ TEST(VolumeForces, FreeOrganKeepsMomentumAndEnergyAndAsksForNoMemory) {
     MassSpring tissue(scene.topology, scene.materials);
     const ResponseOutput output = empty_output(scene.topology);
     std::vector<Wrench> reaction(1);
-    const auto audit = [&] {
-        Eigen::Vector4d sum = Eigen::Vector4d::Zero();
-        for (Index v = 0; v < scene.topology.vertex_count; ++v) {
-            const double mass = scene.materials.mass[static_cast<std::size_t>(v)];
-            sum.head<3>() += mass * frame.velocity.col(v);
-            sum[3] += 0.5 * mass * frame.velocity.col(v).squaredNorm() -
-                      scene.materials.rest_bias.col(v).dot(frame.position.col(v));
-        }
-        for (const Spring& spring : scene.materials.springs) {
-            const double stretch = (frame.position.col(spring.j) - frame.position.col(spring.i)).norm() - spring.rest;
-            sum[3] += 0.5 * spring.k * stretch * stretch + spring.preload * stretch;
-        }
-        sum[3] += volume_energy(scene.materials.enclosures, frame.position);
-        return sum;
-    };
-    const Eigen::Vector4d before = audit();
-    double kinetic = 0.0;
-    for (Index v = 0; v < scene.topology.vertex_count; ++v) {
-        kinetic += 0.5 * scene.materials.mass[static_cast<std::size_t>(v)] * frame.velocity.col(v).squaredNorm();
-    }
+    const double energy = test::energy_of(scene.materials, frame);
+    const Vector3 momentum = test::momentum_of(scene.materials, frame);
+    const double kinetic = energy - potential_energy(scene.materials, frame.position);
     if (allocation_count() < 0) GTEST_SKIP() << "a sanitizer has replaced the allocator: nothing is counted";
     double in_volume = 0.0;
     for (int tick = 0; tick < 200; ++tick) {
@@ -259,10 +243,9 @@ TEST(VolumeForces, FreeOrganKeepsMomentumAndEnergyAndAsksForNoMemory) {
         ASSERT_TRUE(tissue.advance(output, 1e-3, frame, reaction).ok());
         EXPECT_EQ(allocation_count(), allocations);
         in_volume = std::max(in_volume, volume_energy(scene.materials.enclosures, frame.position));
-        const Eigen::Vector4d now = audit();
         // The rest bias is an outer force that sums to zero; the scheme's energy ripples with w h.
-        ASSERT_LT((now - before).head<3>().norm(), 1e-12);
-        ASSERT_NEAR(now[3], before[3], 0.02 * kinetic) << tick;
+        ASSERT_LT((test::momentum_of(scene.materials, frame) - momentum).norm(), 1e-12);
+        ASSERT_NEAR(test::energy_of(scene.materials, frame), energy, 0.02 * kinetic) << tick;
     }
     EXPECT_GT(in_volume, 0.05 * kinetic) << "or it would not matter";
 }
