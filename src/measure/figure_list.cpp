@@ -17,7 +17,6 @@ constexpr const char* audit = "trajectories, masses and forces shown";
 constexpr const char* from_method = "reported by the response or the tissue";
 constexpr const char* stored = "stored reference";
 constexpr const char* paced = "paced loop";
-constexpr const char* pair_study = "triangle-pair run";
 
 void add_times(std::vector<SummaryFigure>& list) {
     list.push_back({"timed_ticks", "1", Better::neither, "Ticks that time figures are taken from: all but the first 10",
@@ -273,21 +272,6 @@ void add_paced(std::vector<SummaryFigure>& list) {
     }
 }
 
-void add_pair_study(std::vector<SummaryFigure>& list) {
-    list.push_back({"iterations", "1", Better::neither, "Ticks with at least one pair", pair_study});
-    list.push_back({"pairs_per_iteration", "1", Better::neither, "Mean number of pairs in those ticks", pair_study});
-    for (const auto& [variant, span] : {std::pair{"without", "response alone, the intersections given"},
-                                        std::pair{"with", "triangle test of the same pairs and response"}}) {
-        for (const auto& [unit, meaning] :
-             {std::pair{"pair", "one triangle pair"}, std::pair{"iteration", "one iteration"}}) {
-            for (const auto& [kind, word] : {std::pair{"median", "median"}, std::pair{"p99", "99 %"}}) {
-                list.push_back({std::string(variant) + "_per_" + unit + "_" + kind + "_ns", "ns", Better::lower,
-                                std::string("Time for ") + meaning + ", " + word + ": " + span, pair_study});
-            }
-        }
-    }
-}
-
 void add_metamorphic(std::vector<SummaryFigure>& list) {
     constexpr const char* asked = "the method asked twice";
     list.push_back({"metamorphic_pairs", "1", Better::neither,
@@ -319,7 +303,6 @@ std::vector<SummaryFigure> make_figures() {
     add_outcome(list);
     add_reference(list);
     add_paced(list);
-    add_pair_study(list);
     add_metamorphic(list);
     return list;
 }

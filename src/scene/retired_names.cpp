@@ -71,6 +71,7 @@ constexpr auto retired = std::to_array<RetiredName>({
     {NameKind::scene_key, "operator", "hand_damping", "renamed to 'coupling_damping'"},
     {NameKind::study_key, "", "ablation", "list the settings as responses of closed_loop"},
     {NameKind::study_key, "", "certificate", "renamed to 'metamorphic'"},
+    {NameKind::study_key, "", "triangle_pair", "run trocar_microbench --benchmark_filter=per_pair/thesis"},
 });
 
 }  // namespace

@@ -56,15 +56,6 @@ struct ClosedLoopPart {
     std::int64_t detail_stride = 1;
 };
 
-/// Table of the thesis: response time per triangle pair and per iteration, without and with the triangle test.
-struct TrianglePairPart {
-    std::vector<std::string> scenes;
-    StudyMethod response;
-    std::int64_t ticks = 0;
-    std::int64_t repetitions = 1;
-    std::int64_t truth_stride = 1;
-};
-
 /// Varies one parameter at a time: one curve of time against error per scene and method.
 struct WorkPrecisionPart {
     struct Sweep {
@@ -118,7 +109,6 @@ struct Study {
     std::string quotes;          ///< finding of another published report, with its source, printed on page one
     std::optional<ReplayPart> replay;
     std::optional<ClosedLoopPart> closed_loop;
-    std::optional<TrianglePairPart> triangle_pair;
     std::optional<WorkPrecisionPart> work_precision;
     /// Every detector with every response in the closed loop, paced by the clock (simulate/paced.hpp).
     std::optional<LoopPart> paced;

@@ -141,11 +141,10 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     const std::string file_name = file.string();
     const Json document = parse_json(read_whole(file, "a study file"), file_name);
     const JsonNode root = JsonNode(document, file_name).with_key_kind(NameKind::study_key);
-    expect_object(
-        root,
-        {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes", "replay",
-         "closed_loop", "triangle_pair", "work_precision", "paced", "cost_by_size", "hard_cases", "metamorphic"},
-        {"format", "name"});
+    expect_object(root,
+                  {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes",
+                   "replay", "closed_loop", "work_precision", "paced", "cost_by_size", "hard_cases", "metamorphic"},
+                  {"format", "name"});
     root.at("format").expect_word(study_format);
 
     Study study;
@@ -200,24 +199,15 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
         read_counts(node, repetitions, part);
         study.closed_loop = std::move(part);
     }
-    if (root.has("triangle_pair")) {
-        const JsonNode node = root.at("triangle_pair");
-        expect_object(node, {"scenes", "response", "ticks", "repetitions", "truth_stride"}, {"scenes", "response"});
-        TrianglePairPart part;
-        part.scenes = read_scenes(node.at("scenes"), files);
-        part.response = read_method(node.at("response"), false);
-        read_counts(node, repetitions, part);
-        study.triangle_pair = std::move(part);
-    }
     if (root.has("work_precision")) study.work_precision = read_sweeps(root.at("work_precision"), files, repetitions);
     if (root.has("paced")) study.paced = read_loop(root.at("paced"), repetitions, files);
     if (root.has("cost_by_size")) study.cost_by_size = read_loop(root.at("cost_by_size"), repetitions, files);
     if (root.has("hard_cases")) study.hard_cases = read_hard_cases_part(root.at("hard_cases"), file);
     if (root.has("metamorphic")) study.metamorphic = read_metamorphic(root.at("metamorphic"), files);
-    if (!study.replay && !study.closed_loop && !study.triangle_pair && !study.work_precision && !study.paced &&
-        !study.cost_by_size && !study.hard_cases && !study.metamorphic) {
+    if (!study.replay && !study.closed_loop && !study.work_precision && !study.paced && !study.cost_by_size &&
+        !study.hard_cases && !study.metamorphic) {
         root.fail(
-            "at least one of the keys replay, closed_loop, triangle_pair, work_precision, paced, cost_by_size, "
+            "at least one of the keys replay, closed_loop, work_precision, paced, cost_by_size, "
             "hard_cases, metamorphic",
             "none of them");
     }

@@ -288,14 +288,6 @@ std::vector<PlannedRun> block(const Study& study, std::int64_t repetition) {
             }
         }
     }
-    if (study.triangle_pair && repetition < study.triangle_pair->repetitions) {
-        for (const std::string& scene : study.triangle_pair->scenes) {
-            PlannedRun run =
-                planned(study, "triangle_pair", scene, study.triangle_pair->ticks, study.triangle_pair->truth_stride,
-                        repetition, StudyMethod{}, study.triangle_pair->response, "intersection");
-            if (wanted(run)) add_run(std::move(run), runs);
-        }
-    }
     add_sweeps(study, repetition, runs);
     add_hard_cases(study, repetition, runs);
     add_metamorphic_tests(study, repetition, runs);
@@ -315,8 +307,7 @@ double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {
     if (spec.mode == "paced") return start + 2.0 * ticks * facts.dt;
     if (is_mesh_case(spec)) return start;
     if (spec.mode == "metamorphic") return start + 7.0 * ticks * (tick + tick_triangle * triangles);
-    const double truth =
-        spec.mode == "triangle_pair" || spec.truth_stride == 0 ? 0.0 : ticks / static_cast<double>(spec.truth_stride);
+    const double truth = spec.truth_stride == 0 ? 0.0 : ticks / static_cast<double>(spec.truth_stride);
     return start + ticks * (tick + tick_triangle * triangles) + truth * (judged + judged_triangle * triangles);
 }
 
@@ -340,7 +331,6 @@ std::vector<PlannedRun> make_plan(const Study& study) {
     if (study.paced) repetitions = std::max(repetitions, study.paced->repetitions);
     if (study.replay) repetitions = std::max(repetitions, study.replay->repetitions);
     if (study.closed_loop) repetitions = std::max(repetitions, study.closed_loop->repetitions);
-    if (study.triangle_pair) repetitions = std::max(repetitions, study.triangle_pair->repetitions);
     if (are_sizes_limited() && repetitions > most_runs) {
         throw InputError("study", "", limit_text(most_runs, "runs"), fmt::format("{} repetitions", repetitions));
     }

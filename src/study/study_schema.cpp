@@ -10,7 +10,7 @@ std::string study_schema() {
   "type": "object",
   "additionalProperties": false,
   "required": ["format", "name"],
-  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["triangle_pair"]}, {"required": ["work_precision"]}, {"required": ["paced"]}, {"required": ["cost_by_size"]}, {"required": ["hard_cases"]}, {"required": ["metamorphic"]}],
+  "anyOf": [{"required": ["replay"]}, {"required": ["closed_loop"]}, {"required": ["work_precision"]}, {"required": ["paced"]}, {"required": ["cost_by_size"]}, {"required": ["hard_cases"]}, {"required": ["metamorphic"]}],
   "properties": {
     "format": {"const": "trocar-study-2"},
     "name": {"type": "string", "pattern": "^[A-Za-z0-9_-]+$", "description": "Names the folder of the report"},
@@ -51,13 +51,6 @@ std::string study_schema() {
         "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
         "truth_stride": {"$ref": "#/$defs/truth_stride"},
         "detail_stride": {"type": "integer", "minimum": 1, "default": 1, "description": "Of the judged ticks, every n-th is judged in detail too: near pairs missed, depth errors of contacts, overlap of closed bodies"}}},
-    "triangle_pair": {
-      "description": "Time of the response per triangle pair and per iteration, without and with the triangle test",
-      "type": "object", "additionalProperties": false, "required": ["scenes", "response"],
-      "properties": {
-        "scenes": {"$ref": "#/$defs/scenes"}, "response": {"$ref": "#/$defs/method"},
-        "ticks": {"$ref": "#/$defs/ticks"}, "repetitions": {"$ref": "#/$defs/repetitions"},
-        "truth_stride": {"$ref": "#/$defs/truth_stride"}}},
     "work_precision": {
       "description": "One knob turned at a time: a curve of time against error for each scene and method. Records of these runs hold no single ticks",
       "type": "object", "additionalProperties": false, "required": ["sweeps"],

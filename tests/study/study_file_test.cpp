@@ -44,8 +44,7 @@ constexpr const char* good = R"({"format":"trocar-study-2","name":"s","seed":5,"
  "replay":{"scenes":["a.json","b.json"],"detectors":["ohc",{"method":"brute_force"}],"ticks":20,"repetitions":2},
  "closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"truth_stride":4,
    "responses":[{"method":"thesis:profile=faithful"},{"method":"penalty","setting":"tuned","basis":"five values of k"}],
-   "contacts":["intersection","native"]},
- "triangle_pair":{"scenes":["b.json"],"response":"thesis"}})";
+   "contacts":["intersection","native"]}})";
 
 TEST_F(StudyFile, AllStandsForEveryMethodAndAPatternForWhatFitsIt) {
     std::ofstream(folder_.path() / "i2t_c.json") << "{}\n";
@@ -173,7 +172,6 @@ TEST_F(StudyFile, IsReadAsWritten) {
     EXPECT_EQ(study.closed_loop->truth_stride, 4);
     EXPECT_EQ(study.closed_loop->responses[1].setting, "tuned");
     EXPECT_EQ(study.closed_loop->responses[1].basis, "five values of k");
-    EXPECT_EQ(study.triangle_pair->response.text, "thesis");
 }
 
 TEST_F(StudyFile, CostBySizeTimesEveryStepperOnEverySceneAndJudgesNone) {
@@ -318,7 +316,8 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
         {head + R"("device":{"ramp":true},)" + replay + "}}", "/device/ramp"},
         {head + R"("closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty:tip=sum"]}})",
          "got 'tip': give the run's device"},
-        {head + R"("triangle_pair":{"scenes":["a.json"],"response":"ohc"}})", "/triangle_pair/response"},
+        {head + R"("closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["ohc"]}})",
+         "/closed_loop/responses/0"},
         {head + R"("reference":"brute_force",)" + replay + "}}", "/reference"},
         {R"({"format":"trocar-study-1","name":"s"})", "/format"},
         {R"({"format":"trocar-study-2","name":"../s",)" + replay + "}}", "/name"},
@@ -340,8 +339,7 @@ TEST_F(StudyFile, RetiredKeysAreReportedWithTheirReplacement) {
                                                          {"closed_loop", "/closed_loop"},
                                                          {"detectors", "/replay/detectors/1"},
                                                          {"replay", "/replay"},
-                                                         {"responses", "/closed_loop/responses/1"},
-                                                         {"triangle_pair", "/triangle_pair"}};
+                                                         {"responses", "/closed_loop/responses/1"}};
     for (const RetiredName& row : retired_names()) {
         if (row.kind != NameKind::study_key) continue;
         const std::string place = fmt::format("{}/{}", places.at(row.scope), row.name);
@@ -435,10 +433,10 @@ TEST_F(StudyFile, PlanHoldsEveryCombinationOnce) {
         if (run.settled && run.settled->kind == OutcomeKind::unsupported) ++unsupported;
     }
     EXPECT_EQ(keys.size(), plan.size());
-    // Replay 2 scenes x 2 detectors x 2; closed loop 1 x 1 x 2 responses x 3; triangle pairs 3; ohc has no contacts of
-    // its own and thesis cannot read such contacts, each reported once.
+    // Replay 2 scenes x 2 detectors x 2; closed loop 1 x 1 x 2 responses x 3; ohc has no contacts of its own and thesis
+    // cannot read such contacts, each reported once.
     EXPECT_EQ(unsupported, 2U);
-    EXPECT_EQ(plan.size(), 8U + 6U + 3U + 2U);
+    EXPECT_EQ(plan.size(), 8U + 6U + 2U);
 }
 
 TEST_F(StudyFile, EachPartIsRepeatedAsOftenAsItSays) {
@@ -447,12 +445,13 @@ TEST_F(StudyFile, EachPartIsRepeatedAsOftenAsItSays) {
         const Study study = read(
             R"({"format":"trocar-study-2","name":"s","replay":{"scenes":["a.json"],"detectors":["ohc"])" +
             repeated(times[0]) + R"(,"closed_loop":{"scenes":["a.json"],"detectors":["ohc"],"responses":["penalty"])" +
-            repeated(times[1]) + R"(,"triangle_pair":{"scenes":["b.json"],"response":"thesis")" + repeated(times[2]) +
-            "}");
+            repeated(times[1]) +
+            R"(,"paced":{"scenes":["b.json"],"detectors":["ohc"],"responses":["penalty"],"ticks":5)" +
+            repeated(times[2]) + "}");
         std::map<std::string, int> runs;
         for (const PlannedRun& run : make_plan(study)) ++runs[run.spec.mode];
-        EXPECT_EQ(runs, (std::map<std::string, int>{
-                            {"replay", times[0]}, {"closed_loop", times[1]}, {"triangle_pair", times[2]}}));
+        EXPECT_EQ(runs,
+                  (std::map<std::string, int>{{"replay", times[0]}, {"closed_loop", times[1]}, {"paced", times[2]}}));
     }
 }
 
@@ -591,7 +590,7 @@ TEST(Studies, OfTheProjectAreReadable) {
     for (const char* name : {"default.json", "full.json"}) {
         const Study study = read_study(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench" / "studies" / name);
         EXPECT_FALSE(make_plan(study).empty()) << name;
-        EXPECT_TRUE(study.replay && study.closed_loop && study.triangle_pair) << name;
+        EXPECT_TRUE(study.replay && study.closed_loop) << name;
     }
 }
 
