@@ -2,14 +2,18 @@
 // method that cannot run by its outcome.
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <string>
 #include <vector>
 
 #include "method/registry.hpp"
+#include "scene/scene.hpp"
+#include "simulate/runs.hpp"
 #include "support/program.hpp"
 
 namespace trocar::bench {
@@ -48,7 +52,7 @@ void expect_all(const std::string& group, const std::vector<Entry>& entries, con
     std::set<std::string> listed;
     for (const auto& [method, scenes] : scenes_by_method(group)) {
         listed.insert(method);
-        for (const char* scene : {"i2i_cross", "i2r_scrape", "i2t_poke", "r2t_bone", "t2t_press"}) {
+        for (const char* scene : {"i2i_cross", "i2r_scrape", "i2t_poke", "i2t_stab", "r2t_bone", "t2t_press"}) {
             EXPECT_TRUE(scenes.contains(scene)) << method << ' ' << scene;
         }
     }
@@ -70,14 +74,14 @@ TEST(RegistryBenchmarks, MeasureADetectorAndAResponseOverWholePasses) {
         names.insert(run.at("name").get<std::string>());
         EXPECT_FALSE(run.contains("error_occurred")) << run.dump();
         EXPECT_GT(run.at("real_time").get<double>(), 0.0);
-        EXPECT_EQ(run.at("ticks"), 900.0);
-        EXPECT_EQ(run.at("iterations").get<std::int64_t>() % 900, 0) << "a pass is measured whole";
+        EXPECT_EQ(run.at("ticks"), 1000.0);
+        EXPECT_EQ(run.at("iterations").get<std::int64_t>() % 1000, 0) << "a pass is measured whole";
         EXPECT_GT(run.at("pairs_per_tick").get<double>(), 1.0);
     }
     EXPECT_EQ(names, (std::set<std::string>{"detect/ohc_clustered/i2t_poke", "respond/penalty/i2t_poke"}));
 }
 
-TEST(RegistryBenchmarks, TellTheTimePerPairOnTheSamePairs) {
+TEST(RegistryBenchmarks, GiveTheTimePerPairOnTheSamePairs) {
     const Json runs = measured("^per_pair/thesis/.*/i2t_poke$").at("benchmarks");
     ASSERT_EQ(runs.size(), 2U);
     EXPECT_EQ(runs[0].at("name"), "per_pair/thesis/without_test/i2t_poke");
@@ -98,6 +102,21 @@ TEST(RegistryBenchmarks, EndAnAbsentMethodWithItsOutcome) {
     ASSERT_EQ(runs.size(), 1U);
     EXPECT_TRUE(runs[0].at("error_occurred").get<bool>());
     EXPECT_EQ(runs[0].at("error_message"), "absent: " + absent.reason);
+}
+
+TEST(RegistryBenchmarks, EndABlownUpRunWithItsOutcome) {
+    const std::filesystem::path file = std::filesystem::path(TROCAR_SOURCE_DIR) / "scenes" / "i2t_stab.json";
+    RunSpec spec;
+    spec.mode = "closed_loop";
+    spec.detector = "ohc_clustered";
+    spec.response = "xpbd_contact";
+    spec.contacts = default_contact_generator({.name = spec.response});
+    spec.truth_stride = 0;
+    const Outcome outcome = run_closed_loop(read_scene(file, std::nullopt), spec).outcome;
+    ASSERT_FALSE(outcome.ok()) << "remedy: name a response and a scene of the benchmark on which it blows up";
+    const Json runs = measured("^respond/xpbd_contact/i2t_stab$").at("benchmarks");
+    ASSERT_EQ(runs.size(), 1U);
+    EXPECT_EQ(runs[0].at("error_message"), std::string(name_of(outcome.kind)) + ": " + outcome.message);
 }
 
 TEST(RegistryBenchmarks, BadInputEndsWithStatusTwo) {
