@@ -39,7 +39,6 @@ BenchReport Writer::write() {
     settings();
     tuning();
     table_31();
-    micro();
     every_cell();
     rebuild();
     document_.command = "./run.sh bench detection";

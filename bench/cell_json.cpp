@@ -163,7 +163,7 @@ CellRecord record_from(const Json& json) {
     CellRecord record;
     CellSpec& spec = record.spec;
     spec.id = json.at("cell");
-    spec.group = enum_from<Group, 12>(json.at("group"));
+    spec.group = enum_from<Group, 11>(json.at("group"));
     const Json& scene = json.at("scene");
     spec.scene.variant = enum_from<Variant, 7>(scene.at("variant"));
     spec.scene.tissue_triangles = scene.at("tissue_triangles");
@@ -192,9 +192,6 @@ CellRecord record_from(const Json& json) {
         record.measurement.true_near_pairs = json.at("true_near_pairs");
     }
     if (const auto bounded = json.find("bounded"); bounded != json.end()) record.bounded = bounded_from(*bounded);
-    for (const Json& entry : json.at("micro")) {
-        record.micro.push_back({entry.at(0), entry.at(1), entry.at(2)});
-    }
     for (const Json& entry : json.at("methods")) record.measurement.methods.push_back(method_from(entry));
     return record;
 }
@@ -229,14 +226,12 @@ std::string to_json_line(const CellRecord& record) {
               {"load_after", record.load_after},
               {"true_pairs", record.measurement.true_pairs},
               {"frames_hash", record.measurement.frames_hash},
-              {"micro", Json::array()},
               {"methods", Json::array()}};
     if (record.spec.group == Group::query_distance) {
         json["query_distance"] = record.query_distance;
         json["true_near_pairs"] = record.measurement.true_near_pairs;
     }
     if (record.spec.group == Group::bounded) json["bounded"] = bounded_json(record.bounded);
-    for (const MicroResult& result : record.micro) json["micro"].push_back({result.name, result.ns, result.items});
     for (const MethodResult& result : record.measurement.methods) json["methods"].push_back(method_json(result));
     return json.dump();
 }

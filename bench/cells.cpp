@@ -11,7 +11,6 @@
 #include <utility>
 
 #include "measure/environment.hpp"
-#include "micro.hpp"
 #include "study/runner.hpp"
 
 namespace trocar::bench {
@@ -44,12 +43,6 @@ public:
         cell.group = Group::bounded;
         cell.bounded_scene = scene;
         finish(cell, 1.0, ticks);
-    }
-    void add_micro() {
-        CellSpec cell;
-        cell.id = fmt::format("{}", name_of(Group::micro));
-        cell.group = Group::micro;
-        finish(cell, 1.0, 0);
     }
     [[nodiscard]] std::vector<CellSpec> cells() && { return std::move(cells_); }
 
@@ -190,9 +183,9 @@ double load_now() {
 }  // namespace
 
 std::string_view name_of(Group group) {
-    constexpr std::array<std::string_view, 12> names{"size",   "motion", "multi",    "query_distance",
+    constexpr std::array<std::string_view, 11> names{"size",   "motion", "multi",    "query_distance",
                                                      "local",  "order",  "settings", "cell size",
-                                                     "tuning", "bodies", "bounded",  "micro"};
+                                                     "tuning", "bodies", "bounded"};
     return names.at(static_cast<std::size_t>(group));
 }
 
@@ -259,7 +252,6 @@ std::vector<CellSpec> plan_cells(bool quick) {
     for (const Index count : {2, 4, 8, 16, 32, 64, 128, 256}) plan.add_bodies(count);
     plan.add_bounded(long_run_scene, 100000);
     for (const char* file : {"i2t_stab", "i2t_press_slide", "t2t_press"}) plan.add_bounded(file, 5000);
-    plan.add_micro();
     return std::move(plan).cells();
 }
 
@@ -273,11 +265,6 @@ CellRecord run_cell(const CellSpec& spec, const std::vector<std::string>& withou
         if (entry.library == "trocar") continue;
         record.environment["library of " + entry.name] =
             fmt::format("{} {}: {}", entry.library, entry.version, entry.configuration);
-    }
-    if (spec.group == Group::micro) {
-        record.micro = run_micro(spec.quick, record.missing);
-        record.load_after = load_now();
-        return record;
     }
     const auto methods_on = [&](const Topology& topology, double edge) {
         record.vertices = topology.vertex_count;

@@ -25,8 +25,7 @@ enum class Group : std::uint8_t {
     cell_size,       ///< sweep over the cell edge of ohc
     tuning,          ///< every setting of every library: default, recommended, best of a search
     bodies,          ///< sweep over the number of bodies
-    bounded,         ///< the slowest tick of a long run
-    micro            ///< single stages with Google Benchmark
+    bounded          ///< the slowest tick of a long run
 };
 std::string_view name_of(Group group);
 
@@ -48,12 +47,6 @@ struct CellSpec {
 /// Cells in execution and report order.
 std::vector<CellSpec> plan_cells(bool quick);
 
-struct MicroResult {
-    std::string name;
-    double ns = 0.0;         ///< per item
-    std::int64_t items = 0;  ///< per call
-};
-
 struct CellRecord {
     CellSpec spec;
     std::string binary;
@@ -68,7 +61,6 @@ struct CellRecord {
     double load_after = 0.0;      ///< load average of the last minute at the end of the cell
     CellMeasurement measurement;
     BoundedMeasurement bounded;  ///< group bounded
-    std::vector<MicroResult> micro;
 };
 
 /// Measures the cell. `without`: labels to exclude. `now`: called with each label before it runs.

@@ -1,5 +1,5 @@
 // Interleaved measurement of methods in one process: blocks in random order, all on the same frames. Paired ratios need
-// both methods on the same step. Google Benchmark cannot interleave; micro.cpp uses it for single stages.
+// both methods on the same step. Google Benchmark (registry_benchmarks.cpp) cannot interleave.
 #pragma once
 
 #include <cstdint>

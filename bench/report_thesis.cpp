@@ -1,4 +1,4 @@
-// The thesis' Table 3.1 answered with numbers, and single stages by Google Benchmark.
+// The thesis' Table 3.1 answered with numbers.
 #include <fmt/format.h>
 
 #include <functional>
@@ -100,21 +100,6 @@ void Writer::table_31() {
     table.note =
         "Columns in the order hierarchy, sorted boxes, tessellation, OHC; only methods that were exact on the main "
         "cell. Counters of a library's inside are not to be had and show as n/a or as what the adapter can see.";
-    add_table(std::move(table));
-}
-
-void Writer::micro() {
-    Table table;
-    table.caption = "Single stages (Google Benchmark; wall time)";
-    table.columns = {{"stage"}, {"ns per item", true}, {"items per call", true}};
-    for (const CellRecord* record : group(Group::micro)) {
-        for (const MicroResult& result : record->micro) {
-            table.rows.push_back({{result.name, format_number(result.ns), fmt::format("{}", result.items)}});
-        }
-    }
-    if (table.rows.empty()) return;
-    add_heading("Single stages");
-    table.note = "The thesis took 30 to 39 µs per triangle pair for its responses on the computers of 2005.";
     add_table(std::move(table));
 }
 

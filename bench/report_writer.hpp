@@ -91,7 +91,6 @@ private:
     [[nodiscard]] std::string quotient(std::string_view above, std::string_view below, const std::string& label) const;
     [[nodiscard]] std::string per_body(const std::string& label, bool work) const;
     void table_31();
-    void micro();
 
     // ---- all cells, CSV files, rebuild instructions ----
 

@@ -78,7 +78,7 @@ int child(const Study& study, const CommonOptions& common, const StudyOptions& o
     for (const auto& [key, value] : method_facts(study, run)) record.environment[key] = value;
     // The report reads these from the summary; their single ticks would only make the records too large to publish.
     const std::string& mode = run.spec.mode;
-    if (mode != "replay" && mode != "closed_loop" && mode != "triangle_pair") record.rows.clear();
+    if (mode != "replay" && mode != "closed_loop") record.rows.clear();
     // Of a closed loop's ticks those are kept on which truth was computed, and those on which something went wrong; the
     // summary has been taken from all.
     if (mode == "closed_loop") {

@@ -17,16 +17,16 @@ namespace trocar {
 /// Everything that determines the result of a run, and thus the key under which it is stored.
 struct RunSpec {
     std::string study;
-    std::string mode;          ///< "replay" | "closed_loop" | "triangle_pair" | "work_precision" | "paced" |
-                               ///< "cost_by_size" | "hard_case" | "metamorphic test"
-    std::string scene;         ///< scene name
-    std::string scene_file;    ///< relative to the study file
-    std::string scene_hash;    ///< 16 hex digits
-    std::string pair_class;    ///< "I2I", "I2R", "I2T", "R2T", "T2T"
-    std::string detector;      ///< NAME[:key=value…]
-    std::string response;      ///< empty in replay
-    std::string contacts;      ///< contact generator; empty in replay
-    std::string stepper = {};  ///< empty: the default one
+    std::string mode;                        ///< "replay" | "closed_loop" | "work_precision" | "paced" |
+                                             ///< "cost_by_size" | "hard_case" | "metamorphic test"
+    std::string scene;                       ///< scene name
+    std::string scene_file;                  ///< relative to the study file
+    std::string scene_hash;                  ///< 16 hex digits
+    std::string pair_class;                  ///< "I2I", "I2R", "I2T", "R2T", "T2T"
+    std::string detector;                    ///< NAME[:key=value…]
+    std::string response;                    ///< empty in replay
+    std::string contacts;                    ///< contact generator; empty in replay
+    std::string stepper = {};                ///< empty: the default one
     std::string query_distance_margin = {};  ///< mean edges; empty: the default one
     std::string device = {};      ///< "key=value,…" with all settings; empty in replay, else the default one
     std::string setting;          ///< "default" | "recommended" | "tuned"

@@ -123,7 +123,7 @@ RunSpec motion_of(const RunSpec& spec, RunLimits& limits) {
         motion.mode = "closed_loop";
         motion.truth_stride = 0;
         limits.watched = false;
-    } else if (spec.mode == "metamorphic" || spec.mode == "triangle_pair") {
+    } else if (spec.mode == "metamorphic") {
         throw InputError("run", "/mode", "a kind of run with one motion", fmt::format("'{}'", spec.mode));
     }
     return motion;

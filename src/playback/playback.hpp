@@ -83,7 +83,7 @@ using PlayedFrameVisitor = std::function<void(const PlayedFrame&)>;
 /// Repeats the run of a specification, with its overrides, and visits its frames. state_hash (of a replay: frames_hash)
 /// equals that of the record that make_run returns. `paced` and `cost_by_size` run without a clock and without judging,
 /// which changes no bit of the motion. A failed tick is not visited. Throws InputError as make_run, and for modes
-/// without a single motion (`metamorphic`, `triangle_pair`).
+/// without a single motion (`metamorphic`).
 Record play(const Scene& scene, const RunSpec& spec, const RunLimits& limits, const PlaybackChoice& choice,
             const PlayedFrameVisitor& visit);
 

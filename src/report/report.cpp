@@ -51,7 +51,6 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     if (has_verdict) add_hard_cases(draft);
     if (has_verdict) add_metamorphic(draft);
     add_failures(draft);
-    add_thesis_table(draft);
     add_table_2_1(draft);
     add_work_profile(draft);
     add_glossary(draft);

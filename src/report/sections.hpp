@@ -141,7 +141,6 @@ void add_work_precision(Draft& draft);
 std::string work_precision_sentence(const Draft& draft);
 
 // thesis_section.cpp
-void add_thesis_table(Draft& draft);
 /// Table 2.1 of the thesis, with numbers where a response of the study represents a row.
 void add_table_2_1(Draft& draft);
 /// Row names of Table 2.1: the values of ResponseEntry::table_row other than "none".

@@ -3,12 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 
-#include "contact/usable.hpp"
 #include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "measure/environment.hpp"
@@ -16,7 +13,6 @@
 #include "measure/metrics.hpp"
 #include "measure/passage.hpp"
 #include "measure/space_time.hpp"
-#include "measure/statistics.hpp"
 #include "method/device.hpp"
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
@@ -30,12 +26,6 @@
 
 namespace trocar {
 namespace {
-
-using Clock = std::chrono::steady_clock;
-
-std::int64_t ns_between(Clock::time_point start, Clock::time_point end) {
-    return std::chrono::duration_cast<std::chrono::nanoseconds>(end - start).count();
-}
 
 std::unique_ptr<Detector> detector_of(const RunSpec& spec) {
     const MethodSpec method = parse_method(spec.detector);
@@ -251,11 +241,9 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
     }
     if (spec.mode == "replay") return run_replay(scene, spec, limits);
     if (spec.mode == "closed_loop" || spec.mode == "hard_case") return run_closed_loop(scene, spec, limits);
-    if (spec.mode == "triangle_pair") return run_triangle_pair(scene, spec, limits);
-    throw InputError(
-        "run", "/mode",
-        "replay, closed_loop, triangle_pair, work_precision, paced, cost_by_size, metamorphic or hard_case",
-        fmt::format("'{}'", spec.mode));
+    throw InputError("run", "/mode",
+                     "replay, closed_loop, work_precision, paced, cost_by_size, metamorphic or hard_case",
+                     fmt::format("'{}'", spec.mode));
 }
 
 Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
@@ -400,98 +388,6 @@ Record run_timed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary.merge(summarize(record.rows));
-    return record;
-}
-
-Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
-    const std::int64_t ticks = ticks_of(scene, spec);
-    Record record = start_record(spec, ticks);
-    record.environment["frames"] = stream_text();
-    // One response per span, so that the two share no memory.
-    const std::unique_ptr<Response> without = response_of(spec);
-    const std::unique_ptr<Response> with = response_of(spec);
-    ResponseOutput output;
-    output.resize(scene.topology.vertex_count, scene.topology.body_count());
-    const std::unique_ptr<FrameSource> frames = scene_frames(scene, ticks);
-    const std::unique_ptr<Detector> detector = neutral_pairs();
-    detector->prepare(scene.topology, scene.first);
-    const std::unique_ptr<ContactGenerator> generator = make_contact_generator("intersection");
-    generator->prepare(scene.topology, scene.first);
-    FnvHash hash;  // of the hashes of all frames
-    Frame frame;
-    ContactSet given;
-    ContactSet tested;
-    std::array<std::vector<double>, 2> iteration;  // ns, without and with
-    std::array<std::vector<double>, 2> pair;       // ns, without and with
-    double pair_sum = 0.0;
-    try {
-        without->prepare(scene.topology, scene.materials);
-        with->prepare(scene.topology, scene.materials);
-        for (std::int64_t tick = 0; frames->next(frame) && go_on(limits, tick); ++tick) {
-            hash.add_word(frame.hash());
-            detector->update(frame, 0.0);
-            detector->detect(frame, given);
-            generator->gather(frame, given);
-            record.outcome = check_contacts(scene.topology, given);
-            if (!record.outcome.ok()) break;
-            tested.pairs.assign(given.pairs.begin(), given.pairs.end());
-            StepRow row;
-            row.tick = frame.tick;
-            row.time = frame.time;
-            row.pairs = static_cast<std::int64_t>(given.pairs.size());
-            row.contacts_offered = row.pairs;
-            std::int64_t without_ns = 0;
-            const auto run_without = [&] {
-                const auto start = Clock::now();
-                without->respond(frame, scene.dt, given, {}, output);
-                without_ns = ns_between(start, Clock::now());
-            };
-            const auto run_with = [&] {
-                const auto start = Clock::now();
-                generator->gather(frame, tested);
-                const auto middle = Clock::now();
-                with->respond(frame, scene.dt, tested, {}, output);
-                const auto end = Clock::now();
-                row.stage_ns[static_cast<std::size_t>(Stage::contacts)] = ns_between(start, middle);
-                row.stage_ns[static_cast<std::size_t>(Stage::respond)] = ns_between(middle, end);
-            };
-            // The second span finds the data in the cache, so the order alternates.
-            if (tick % 2 == 0) {
-                run_without();
-                run_with();
-            } else {
-                run_with();
-                run_without();
-            }
-            row.skipped = output.skipped;
-            row.contacts_used = row.contacts_offered - output.all_skipped();
-            row.no_hit = output.no_hit;
-            record.rows.push_back(row);
-            if (row.pairs == 0 || tick < warm_up_ticks) continue;
-            const auto count = static_cast<double>(row.pairs);
-            pair_sum += count;
-            const std::array<double, 2> ns{static_cast<double>(without_ns), static_cast<double>(row.total_ns())};
-            for (std::size_t i = 0; i < 2; ++i) {
-                iteration.at(i).push_back(ns.at(i));
-                pair.at(i).push_back(ns.at(i) / count);
-            }
-        }
-        if (record.outcome.ok()) record.outcome = frames->outcome();
-    } catch (const std::exception& error) {
-        record.outcome = {OutcomeKind::threw, error.what()};
-    }
-    record.frames_hash = hash.text();
-    record.summary = summarize(record.rows);
-    const auto iterations = static_cast<double>(iteration[0].size());
-    record.summary[Metric::iterations] = iterations;
-    record.summary[Metric::pairs_per_iteration] = iterations > 0.0 ? pair_sum / iterations : std::nan("");
-    for (std::size_t i = 0; i < 2; ++i) {
-        const std::string name = i == 0 ? "without" : "with";
-        record.summary[name + "_per_pair_median_ns"] = median(pair.at(i));
-        record.summary[name + "_per_pair_p99_ns"] = tail_quantile(pair.at(i), 0.99).value_or(std::nan(""));
-        record.summary[name + "_per_iteration_median_ns"] = median(iteration.at(i));
-        record.summary[name + "_per_iteration_p99_ns"] = tail_quantile(iteration.at(i), 0.99).value_or(std::nan(""));
-    }
     return record;
 }
 

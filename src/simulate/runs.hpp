@@ -24,7 +24,7 @@ struct RunLimits {
 };
 
 /// Runs spec.mode for spec.ticks ticks (0: the scene's own number), with spec.overrides applied to the scene. Modes are
-/// `replay`, `closed_loop`, `triangle_pair`, `paced`, `cost_by_size`, `metamorphic` and `hard_case` (the closed loop).
+/// `replay`, `closed_loop`, `paced`, `cost_by_size`, `metamorphic` and `hard_case` (the closed loop).
 /// `work_precision` is the closed loop, or the replay without a response.
 /// Throws InputError for an unknown or absent method and an unknown mode. Any other failure of a method is the record's
 /// outcome, with the rows so far. The record holds environment() and the facts about this run, e.g. "frames".
@@ -44,10 +44,5 @@ Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& 
 /// The closed loop at full speed, timed and not judged. The record holds the tissue's triangles
 /// ("run.tissue_triangles") and the sub-steps of the stepper. Rows hold the stages.
 Record run_timed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
-
-/// The thesis' table: time of the response per triangle pair and per iteration, on the same pairs of the scene's
-/// stream. "without": intersections are given and the triangle test is not timed. "with": pairs are given and the test
-/// is timed. An iteration is a tick with a pair. Rows hold the stages of the "with" run.
-Record run_triangle_pair(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 }  // namespace trocar

@@ -98,7 +98,7 @@ TEST(Playback, ShowsAReplayWithoutForces) {
 TEST(Playback, RefusesWhatHasNoSingleMotion) {
     const Scene scene = test::scene_from_text(test::poke_text());
     RunSpec spec = closed_loop("penalty", "intersection");
-    for (const char* mode : {"metamorphic", "triangle_pair", "no_such_mode"}) {
+    for (const char* mode : {"metamorphic", "no_such_mode"}) {
         spec.mode = mode;
         EXPECT_THROW(play(scene, spec, {}, {}, [](const PlayedFrame&) {}), InputError) << mode;
     }

@@ -562,27 +562,6 @@ TEST(Report, AlmostAllIsNeverPrintedAsAll) {
     EXPECT_NE(markdown.find("| 0.999999 |"), std::string::npos) << "1 of 1 110 000 pairs is missing";
 }
 
-TEST(Report, ThesisTableStandsBesideThePublishedFigures) {
-    Record record = synthetic({.mode = "triangle_pair", .detector = ""});
-    record.rows.clear();
-    record.summary = {{"pairs_per_iteration", 44.0},
-                      {"without_per_pair_median_ns", 250.0},
-                      {"with_per_pair_median_ns", 750.0},
-                      {"without_per_iteration_median_ns", 11000.0},
-                      {"with_per_iteration_median_ns", 33000.0},
-                      {"without_per_iteration_p99_ns", 12000.0},
-                      {"with_per_iteration_p99_ns", not_known}};
-    Record bone = record;
-    bone.spec.pair_class = "I2T+R2T";
-    bone.spec.scene = "bone";
-    const std::string markdown = test::whole(make_report({record, bone}));
-    EXPECT_NE(markdown.find("| I2T+R2T | bone | `push` | 44.0 |"), std::string::npos)
-        << "a class without published figures";
-    test::expect_holds(markdown, {"| I2T | poke | `push` | 44.0 | 0.250 | 0.750 | 11.0 / 12.0 | 33.0 / n too small |"});
-    // § 5.2.3 of the thesis: 0.032 and 0.034 ms per pair, 1.416 and 1.495 ms per iteration.
-    EXPECT_NE(markdown.find("| 32.0 | 34.0 | 1416 (mean) | 1495 (mean) |"), std::string::npos);
-}
-
 TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsewhere) {
     std::vector<Record> records = three_methods();
     EXPECT_NE(test::whole(make_report(records)).find("| in no row |"), std::string::npos);

@@ -359,63 +359,6 @@ TEST(TimedLoop, ReportsTheTissuesSizeAndTheStepsTakenAndEndsWhereTheJudgedLoopEn
     EXPECT_EQ(make_run(scene, spec).summary.at("substeps"), 1.0) << "one step a tick, whatever the scene names";
 }
 
-TEST(TrianglePairs, WithTheTestTakesLongerOnTheSamePairs) {
-    const Scene scene = test::scene_from_text(test::poke_text());
-    RunSpec spec = spec_of("triangle_pair", "", "thesis");  // whose triangle test is what takes the time
-    spec.ticks = 200;
-    const Record record = make_run(scene, spec);
-    ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-    EXPECT_GT(record.summary.at("iterations"), 100.0);
-    EXPECT_GT(record.summary.at("pairs_per_iteration"), 1.0);
-    std::int64_t answered = 0;
-    double pairs = 0.0;
-    for (const StepRow& row : record.rows) {
-        answered += row.contacts_used;
-        pairs += static_cast<double>(row.pairs);
-    }
-    EXPECT_GT(answered, 0) << "the time of who answers nothing";
-    EXPECT_NEAR(record.summary.at("pairs_mean"), pairs / static_cast<double>(record.rows.size()), 1e-9)
-        << "figures of the rows, as in any run";
-    EXPECT_GT(record.summary.at("without_per_pair_median_ns"), 0.0);
-    EXPECT_GT(record.summary.at("with_per_iteration_median_ns"), record.summary.at("without_per_iteration_median_ns"));
-    EXPECT_TRUE(std::isnan(record.summary.at("with_per_pair_p99_ns"))) << "n too small";
-    for (const auto& [name, value] : record.summary) EXPECT_NO_THROW((void)summary_figure(name)) << name;
-}
-
-TEST(TrianglePairs, TailsAreThoseOfAThousandIterationsAndMore) {
-    // A ball that rests in a block: the same pairs in every tick, of which the first ten are dropped.
-    const Scene scene = test::scene_from_text(
-        R"({"format":"trocar-scene-2","name":"rests","unit":"m","dt":0.001,"ticks":1100,"seed":1,"bodies":[
-      {"name":"block","kind":"rigid","closed":true,"parts":[{"shape":"box","size":[0.1,0.1,0.02],"edge":0.02}],
-       "pose":[0,0,-0.01,0,0,0]},
-      {"name":"tool","kind":"instrument","closed":true,"parts":[{"shape":"sphere","radius":0.008,"edge":0.004}],
-       "motion":{"drive":"prescribed","keys":[{"time":0,"pose":[0.001,0.0007,0.006,0,0,0]}]}}]})");
-    const Record record = make_run(scene, spec_of("triangle_pair", "", "penalty"));
-    ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-    ASSERT_EQ(record.rows.size(), 1100U);
-    ASSERT_EQ(record.summary.at("iterations"), 1090.0);
-    std::vector<double> iteration;
-    std::vector<double> pair;
-    for (std::size_t i = 10; i < record.rows.size(); ++i) {
-        const StepRow& row = record.rows[i];
-        iteration.push_back(static_cast<double>(row.total_ns()));
-        pair.push_back(iteration.back() / static_cast<double>(row.pairs));
-    }
-    // Type 7 of Hyndman and Fan: h = (n - 1) q + 1.
-    const auto tail = [](std::vector<double> values) {
-        std::sort(values.begin(), values.end());
-        const double place = 0.99 * static_cast<double>(values.size() - 1);
-        const auto below = static_cast<std::size_t>(place);
-        return values[below] + (place - std::floor(place)) * (values[below + 1] - values[below]);
-    };
-    EXPECT_NEAR(record.summary.at("with_per_iteration_p99_ns"), tail(iteration), 1e-9 * tail(iteration));
-    EXPECT_NEAR(record.summary.at("with_per_pair_p99_ns"), tail(pair), 1e-9 * tail(pair));
-    for (const char* of : {"per_pair", "per_iteration"}) {
-        EXPECT_GE(record.summary.at(fmt::format("without_{}_p99_ns", of)),
-                  record.summary.at(fmt::format("without_{}_median_ns", of)));
-    }
-}
-
 TEST(ClosedLoop, WhatSaysThatItActsAsPenaltyWithoutTissueDoes) {
     const Scene scene = test::scene_from_text(test::press_text(0.002));
     ASSERT_FALSE(scene.has_tissue());
