@@ -114,10 +114,7 @@ void print_json(const Scene& scene, const Record& record, const std::optional<Ne
     Json rows = Json::array();
     for (const StepRow& row : record.rows) rows.push_back(row_json(row));
     Json summary = Json::object();
-    for (const SummaryFigure& figure : summary_figures()) {
-        const auto found = record.summary.find(figure.name);
-        if (found != record.summary.end()) summary[figure.name] = json_number(found->second);
-    }
+    for (const auto& [metric, value] : record.summary) summary[std::string(info_of(metric).name)] = json_number(value);
     summary["state_hash"] = record.state_hash;
     Json document{{"scene", record.spec.scene},
                   {"detector", record.spec.detector},
@@ -141,18 +138,17 @@ void print_json(const Scene& scene, const Record& record, const std::optional<Ne
 }
 
 /// A figure in the unit a person reads: µs, mm; "n/a" where it does not apply.
-std::string shown(const Record& record, const char* name, double scale, const char* unit, const char* missing = "n/a") {
-    const auto found = record.summary.find(name);
-    if (found == record.summary.end() || std::isnan(found->second)) return missing;
-    return fmt::format("{:.4g}{}", found->second * scale, unit);
+std::string shown(const Record& record, Metric metric, double scale, const char* unit, const char* missing = "n/a") {
+    const double value = value_of(record.summary, metric);
+    return std::isnan(value) ? missing : fmt::format("{:.4g}{}", value * scale, unit);
 }
 
 void print_text(const Scene& scene, const Record& record) {
-    const auto us = [&](const char* name) { return shown(record, name, 1e-3, " µs"); };
-    const auto tail = [&](const char* name) { return shown(record, name, 1e-3, " µs", "n too small"); };
-    const auto mm = [&](const char* name) { return shown(record, name, 1e3, " mm"); };
-    const auto newton = [&](const char* name) { return shown(record, name, 1.0, " N"); };
-    const auto plain = [&](const char* name) { return shown(record, name, 1.0, ""); };
+    const auto us = [&](Metric metric) { return shown(record, metric, 1e-3, " µs"); };
+    const auto tail = [&](Metric metric) { return shown(record, metric, 1e-3, " µs", "n too small"); };
+    const auto mm = [&](Metric metric) { return shown(record, metric, 1e3, " mm"); };
+    const auto newton = [&](Metric metric) { return shown(record, metric, 1.0, " N"); };
+    const auto plain = [&](Metric metric) { return shown(record, metric, 1.0, ""); };
     const std::string at_end =
         record.outcome.message.empty() ? std::string() : fmt::format(" ({})", record.outcome.message);
     fmt::print("scene      {}: {} bodies, {} triangles, {} of {} ticks of {:g} ms\n", scene.name,
@@ -161,41 +157,44 @@ void print_text(const Scene& scene, const Record& record) {
     fmt::print("methods    {} + {}, {} contacts\n", record.spec.detector, record.spec.response, record.spec.contacts);
     fmt::print("outcome    {}{}\n", name_of(record.outcome.kind), at_end);
     fmt::print("pairs      at most {} in a tick; of {} true ones {} false negatives; {} false positives\n",
-               plain("pairs_max"), plain("true_pairs"), plain("false_negatives"), plain("false_positives"));
-    fmt::print("depth      error of contacts: median {}, worst {}\n", mm("depth_error_median_m"),
-               mm("depth_error_max_m"));
+               plain(Metric::pairs_max), plain(Metric::true_pairs), plain(Metric::false_negatives),
+               plain(Metric::false_positives));
+    fmt::print("depth      error of contacts: median {}, worst {}\n", mm(Metric::depth_error_median_m),
+               mm(Metric::depth_error_max_m));
     fmt::print("residual   penetration after a tick: median {}, largest {}; at the end {}\n",
-               mm("residual_penetration_median_m"), mm("residual_penetration_max_m"),
-               mm("residual_penetration_final_m"));
-    if (record.summary.at("passed_through") >= 0.0) {
-        fmt::print("passed     a body was driven through another {} times\n", plain("passed_through"));
+               mm(Metric::residual_penetration_median_m), mm(Metric::residual_penetration_max_m),
+               mm(Metric::residual_penetration_final_m));
+    if (record.summary.at(Metric::passed_through) >= 0.0) {
+        fmt::print("passed     a body was driven through another {} times\n", plain(Metric::passed_through));
     }
     fmt::print("tool force largest {}, root mean square {}, largest jump {}; without touch up to {}\n",
-               newton("force_max_n"), newton("force_rms_n"), newton("force_jump_max_n"), mm("force_without_touch_m"));
+               newton(Metric::force_max_n), newton(Metric::force_rms_n), newton(Metric::force_jump_max_n),
+               mm(Metric::force_without_touch_m));
     fmt::print(
         "tip        force largest {}, largest jump {}; moment on the tool largest {}; device saturated in {} ticks\n",
-        newton("tip_force_max_n"), newton("tip_force_jump_max_n"), shown(record, "tool_moment_max_nm", 1.0, " N m"),
-        plain("saturated_ticks"));
-    if (record.summary.at("grasped_max") > 0.0) {
-        fmt::print("grasp      at most {} vertices held, {} slipped\n", plain("grasped_max"), plain("detached"));
+        newton(Metric::tip_force_max_n), newton(Metric::tip_force_jump_max_n),
+        shown(record, Metric::tool_moment_max_nm, 1.0, " N m"), plain(Metric::saturated_ticks));
+    if (record.summary.at(Metric::grasped_max) > 0.0) {
+        fmt::print("grasp      at most {} vertices held, {} slipped\n", plain(Metric::grasped_max),
+                   plain(Metric::detached));
     }
-    fmt::print("time       tick of {} sub-steps: median {}, p99 {}, longest {}\n", plain("substeps"),
-               us("total_median_ns"), tail("total_p99_ns"), us("total_max_ns"));
-    for (const char* stage : stage_names) {
-        const std::string name = stage;
-        if (us((name + "_median_ns").c_str()) == "n/a") continue;
-        fmt::print("           {:<8} median {}, p99 {}\n", name, us((name + "_median_ns").c_str()),
-                   tail((name + "_p99_ns").c_str()));
+    fmt::print("time       tick of {} sub-steps: median {}, p99 {}, longest {}\n", plain(Metric::substeps),
+               us(Metric::total_median_ns), tail(Metric::total_p99_ns), us(Metric::total_max_ns));
+    for (std::size_t stage = 0; stage < stage_count; ++stage) {
+        if (us(stage_median(stage)) == "n/a") continue;
+        fmt::print("           {:<8} median {}, p99 {}\n", stage_names.at(stage), us(stage_median(stage)),
+                   tail(stage_p99(stage)));
     }
     if (record.spec.mode == "paced") {
         fmt::print("paced      from release to end: median {}, p99 {}, longest {}; {} misses, longest burst {}\n",
-                   us("paced_median_ns"), tail("paced_p99_ns"), us("paced_max_ns"), plain("paced_misses"),
-                   plain("paced_burst"));
-        fmt::print("           empty loop:          median {}, p99 {}, longest {}; {} misses\n", us("empty_median_ns"),
-                   tail("empty_p99_ns"), us("empty_max_ns"), plain("empty_misses"));
+                   us(Metric::paced_median_ns), tail(Metric::paced_p99_ns), us(Metric::paced_max_ns),
+                   plain(Metric::paced_misses), plain(Metric::paced_burst));
+        fmt::print("           empty loop:          median {}, p99 {}, longest {}; {} misses\n",
+                   us(Metric::empty_median_ns), tail(Metric::empty_p99_ns), us(Metric::empty_max_ns),
+                   plain(Metric::empty_misses));
     }
-    fmt::print("memory     allocations in a tick: median {}, most {}\n", plain("allocations_median"),
-               plain("allocations_max"));
+    fmt::print("memory     allocations in a tick: median {}, most {}\n", plain(Metric::allocations_median),
+               plain(Metric::allocations_max));
     fmt::print("state      {} (hash of the last frame)\n", record.state_hash);
 }
 

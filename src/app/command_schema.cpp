@@ -14,15 +14,15 @@
 namespace trocar::app {
 namespace {
 
-/// The one list of figures, as results.csv, the report's glossary and `run --json` use it.
+/// The list of metrics, as results.csv, the report's glossary and `run --json` use it.
 std::string figures_document() {
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
-    for (const SummaryFigure& figure : summary_figures()) {
+    for (const MetricInfo& figure : metrics()) {
         list.push_back({{"name", figure.name},
                         {"unit", figure.unit},
                         {"better", name_of(figure.better)},
                         {"meaning", figure.meaning},
-                        {"source", figure.source}});
+                        {"source", text_of(figure.source)}});
     }
     return list.dump(2) + "\n";
 }

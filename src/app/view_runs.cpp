@@ -26,9 +26,8 @@ std::string fact(const Record& record, const std::string& key) {
 }
 
 double depth_at_worst(const Record& record) {
-    const auto found = record.summary.find("residual_penetration_max_m");
-    const bool known = found != record.summary.end() && std::isfinite(found->second);
-    return known ? found->second : std::numeric_limits<double>::infinity();
+    const double depth = value_of(record.summary, Metric::residual_penetration_max_m);
+    return std::isfinite(depth) ? depth : std::numeric_limits<double>::infinity();
 }
 
 /// Better ones first: what ended well, what left less, the first process.

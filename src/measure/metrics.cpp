@@ -51,9 +51,8 @@ void add_times(const std::vector<StepRow>& rows, bool replay, Summary& figures) 
     figures[Metric::deadline_misses] = misses;
     figures[Metric::longest_burst] = longest_burst;
     for (std::size_t stage = 0; stage < stage_count; ++stage) {
-        const std::string name = stage_names.at(stage);
-        figures[metric_of(name + "_median_ns")] = median(stages.at(stage));
-        figures[metric_of(name + "_p99_ns")] = p99(stages.at(stage));
+        figures[stage_median(stage)] = median(stages.at(stage));
+        figures[stage_p99(stage)] = p99(stages.at(stage));
     }
     figures[Metric::allocations_median] = median(allocations);
     figures[Metric::allocations_max] = largest(allocations);
@@ -331,6 +330,10 @@ void add_forces(const std::vector<StepRow>& rows, Summary& figures) {
 }
 
 }  // namespace
+
+Metric stage_median(std::size_t stage) { return metric_of(std::string(stage_names.at(stage)) + "_median_ns"); }
+
+Metric stage_p99(std::size_t stage) { return metric_of(std::string(stage_names.at(stage)) + "_p99_ns"); }
 
 std::int64_t tick_ns(const StepRow& row, bool replay) {
     std::int64_t sum = 0;

@@ -30,6 +30,10 @@ Summary summarize(const std::vector<StepRow>& rows, const SummaryContext& contex
 /// Metrics of contacts between frames, from the events; NaN without any event.
 Summary summarize(const std::vector<ContactEvent>& events);
 
+/// Median and 99 % quantile of the time of a stage, by its position in stage_names.
+Metric stage_median(std::size_t stage);
+Metric stage_p99(std::size_t stage);
+
 /// Time of one tick as the summary counts it, ns: update + detect in a replay, else every stage that is present.
 std::int64_t tick_ns(const StepRow& row, bool replay);
 

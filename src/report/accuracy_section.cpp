@@ -21,14 +21,14 @@ struct PairSums {
     double false_positives = 0.0;
     bool known = false;
     void take(const SceneResult& result) {
-        const double value = result.first(&RunFigures::true_pairs);
+        const double value = result.first(Metric::true_pairs);
         if (std::isnan(value)) return;
         known = true;
         truth += value;
-        touch += result.first(&RunFigures::true_touches);
-        false_negatives += result.first(&RunFigures::false_negatives);
-        false_negatives_touch += result.first(&RunFigures::false_negatives_touch);
-        false_positives += result.first(&RunFigures::false_positives);
+        touch += result.first(Metric::true_touches);
+        false_negatives += result.first(Metric::false_negatives);
+        false_negatives_touch += result.first(Metric::false_negatives_touch);
+        false_positives += result.first(Metric::false_positives);
     }
     [[nodiscard]] double found() const { return truth - false_negatives; }
 };
@@ -52,7 +52,7 @@ std::string case_text(const SceneResult& result, const PairSums& sums) {
         if (!run.ok()) return outcome_text(run.record->outcome);
     }
     if (!sums.known) return "not judged";
-    const double cut = result.first(&RunFigures::truncated_ticks);
+    const double cut = result.first(Metric::truncated_ticks);
     if (sums.false_negatives == 0.0 && sums.false_positives == 0.0 && !(cut > 0.0)) return "ok";
     std::string text;
     if (cut > 0.0) text = fmt::format("cut in {:.0f} ticks", cut);
@@ -82,8 +82,8 @@ std::string detection_chart(const Draft& draft, const std::vector<Method>& detec
                 series.dots.emplace_back();
                 continue;
             }
-            const double p50 = result->of(&RunFigures::total_median_ns).value * us;
-            const double p99 = result->of(&RunFigures::total_p99_ns).value * us;
+            const double p50 = result->of(Metric::total_median_ns).value * us;
+            const double p99 = result->of(Metric::total_p99_ns).value * us;
             series.dots.emplace_back(DotChart::Dot{
                 .value = p50,
                 .upper = p99,
@@ -104,8 +104,8 @@ void course_charts(Draft& draft, const std::vector<Method>& methods) {
         for (const Method& method : methods) {
             const SceneResult* result = draft.results.find(method, scene);
             if (result == nullptr || !result->ok()) continue;
-            if (result->first(&RunFigures::residual_penetration_max_m) > most) {
-                most = result->first(&RunFigures::residual_penetration_max_m);
+            if (result->first(Metric::residual_penetration_max_m) > most) {
+                most = result->first(Metric::residual_penetration_max_m);
                 chosen = scene;
             }
         }
@@ -158,13 +158,13 @@ void add_detection(Draft& draft) {
     draft.paragraph(
         "Replay: the same frames for every detector. Truth is decided by exact arithmetic on the frame's own "
         "doubles; pairs that only touch in a vertex or an edge count, and recall is given with and without them.");
-    const std::vector<Column> pair_columns{{"true pairs", true},
-                                           {"of these touching", true},
-                                           {"precision", true},
-                                           {"recall", true},
-                                           {"recall without touches", true},
-                                           {"F1", true},
-                                           {"false negatives / false positives", true}};
+    const std::vector<Column> pair_columns{{"true pairs", true, Metric::true_pairs},
+                                           {"of these touching", true, Metric::true_touches},
+                                           {"precision", true, Metric::precision},
+                                           {"recall", true, Metric::recall},
+                                           {"recall without touches", true, Metric::recall_without_touches},
+                                           {"F1", true, Metric::f1},
+                                           {"false negatives / false positives", true, Metric::false_negatives}};
     Table table;
     table.caption = "All replayed scenes together";
     table.columns = {{"detector", false}};
@@ -231,7 +231,7 @@ void add_contacts_and_forces(Draft& draft) {
     depth.caption = "Depth error of contacts on the frame that detect saw: intersection beside native";
     depth.columns = {{"detector", false},
                      {"intersection, median / worst (mm)", true},
-                     {"native, median / worst (mm)", true},
+                     {"native, median / worst (mm)", true, Metric::native_depth_error_max_m},
                      {"native contacts per tick", true}};
     std::set<std::string> detectors;
     for (const Method& method : methods) detectors.insert(method.detector);
@@ -246,13 +246,13 @@ void add_contacts_and_forces(Draft& draft) {
                 for (const std::string& scene : draft.results.scenes("closed_loop")) {
                     const SceneResult* result = draft.results.find(method, scene);
                     if (result == nullptr || !result->ok()) continue;
-                    const double median_error = result->first(&RunFigures::depth_error_median_m);
+                    const double median_error = result->first(Metric::depth_error_median_m);
                     if (std::isnan(median_error)) continue;
                     medians.push_back(median_error);
-                    const double error = result->first(&RunFigures::depth_error_max_m);
+                    const double error = result->first(Metric::depth_error_max_m);
                     worst = std::isnan(worst) ? error : std::max(worst, error);
                     if (source == "native") {
-                        const double mean = result->first(&RunFigures::native_contacts_mean);
+                        const double mean = result->first(Metric::native_contacts_mean);
                         if (!std::isnan(mean)) {
                             native_contacts = std::isnan(native_contacts) ? mean : std::max(native_contacts, mean);
                         }
@@ -283,13 +283,13 @@ void add_contacts_and_forces(Draft& draft) {
     force.columns = {{"scene", false},
                      {"detector + response (contact generator)", false},
                      {"pairs per tick, mean / max", true},
-                     {"residual penetration, median / max / final (mm)", true},
-                     {"largest force (N)", true},
-                     {"force jump, p99 / max (N per tick)", true},
-                     {"force without touch (mm)", true},
-                     {"force flips (ticks)", true},
-                     {"largest strain", true},
-                     {"ruptures", true},
+                     {"residual penetration, median / max / final (mm)", true, Metric::residual_penetration_max_m},
+                     {"largest force (N)", true, Metric::force_max_n},
+                     {"force jump, p99 / max (N per tick)", true, Metric::force_jump_max_n},
+                     {"force without touch (mm)", true, Metric::force_without_touch_m},
+                     {"force flips (ticks)", true, Metric::force_flips},
+                     {"largest strain", true, Metric::max_strain},
+                     {"ruptures", true, Metric::ruptures},
                      {"same state in every process", false}};
     bool any_undecided = false;
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
@@ -308,20 +308,25 @@ void add_contacts_and_forces(Draft& draft) {
                 continue;
             }
             seen.emplace_back(&f, force.rows.size());
-            any_undecided = any_undecided || f.side_undecided_max > 0.0;
+            any_undecided = any_undecided || f[Metric::side_undecided_max] > 0.0;
             force.rows.push_back(
-                {.cells = {scene, code(method.label()), format_number(f.pairs_mean) + " / " + count_text(f.pairs_max),
-                           std::isnan(f.residual_penetration_max_m)
+                {.cells = {scene, code(method.label()),
+                           format_number(f[Metric::pairs_mean]) + " / " + count_text(f[Metric::pairs_max]),
+                           std::isnan(f[Metric::residual_penetration_max_m])
                                ? "n/a"
-                               : format_number(f.residual_penetration_median_m * mm) + " / " +
-                                     format_number(f.residual_penetration_max_m * mm) + " / " +
-                                     format_number(f.residual_penetration_final_m * mm) +
-                                     undecided_text(f.side_undecided_max),
-                           format_number(f.force_max_n),
-                           (std::isnan(f.force_jump_p99_n) ? "n too small" : format_number(f.force_jump_p99_n)) +
-                               " / " + format_number(f.force_jump_max_n),
-                           std::isnan(f.force_without_touch_m) ? "n/a" : format_number(f.force_without_touch_m * mm),
-                           count_text(f.force_flips), format_number(f.max_strain), count_text(f.ruptures), same}});
+                               : format_number(f[Metric::residual_penetration_median_m] * mm) + " / " +
+                                     format_number(f[Metric::residual_penetration_max_m] * mm) + " / " +
+                                     format_number(f[Metric::residual_penetration_final_m] * mm) +
+                                     undecided_text(f[Metric::side_undecided_max]),
+                           format_number(f[Metric::force_max_n]),
+                           (std::isnan(f[Metric::force_jump_p99_n]) ? "n too small"
+                                                                    : format_number(f[Metric::force_jump_p99_n])) +
+                               " / " + format_number(f[Metric::force_jump_max_n]),
+                           std::isnan(f[Metric::force_without_touch_m])
+                               ? "n/a"
+                               : format_number(f[Metric::force_without_touch_m] * mm),
+                           count_text(f[Metric::force_flips]), format_number(f[Metric::max_strain]),
+                           count_text(f[Metric::ruptures]), same}});
         }
     }
     force.note = "Who moves alike, bit by bit, stands in one row; its pairs are those of the first.";

@@ -97,13 +97,14 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
         const bool own = draft.results.fact({record->spec.mode, name, record->spec.response, record->spec.contacts,
                                              record->spec.stepper},
                                             "detector.own") == "yes";
-        const auto count = [record](const char* key) { return count_text(summary_of(*record, key)); };
-        table.rows.push_back({.cells = {code(name), count("contact_events"), count("contact_events_missed"),
-                                        microseconds(summary_of(*record, "onset_latency_median_s")),
-                                        microseconds(summary_of(*record, "onset_latency_max_s")), count("true_swept"),
-                                        count("swept_false_negatives"), count("swept_false_positives"),
-                                        format_number(summary_of(*record, "swept_time_error_max"))},
-                              .style = own ? TableRow::Style::own : TableRow::Style::normal});
+        const auto count = [record](Metric metric) { return count_text(summary_of(*record, metric)); };
+        table.rows.push_back(
+            {.cells = {code(name), count(Metric::contact_events), count(Metric::contact_events_missed),
+                       microseconds(summary_of(*record, Metric::onset_latency_median_s)),
+                       microseconds(summary_of(*record, Metric::onset_latency_max_s)), count(Metric::true_swept),
+                       count(Metric::swept_false_negatives), count(Metric::swept_false_positives),
+                       format_number(summary_of(*record, Metric::swept_time_error_max))},
+             .style = own ? TableRow::Style::own : TableRow::Style::normal});
         Shares shares{};
         add_events(*record, shares);
         if (!have_shares) first_shares = shares;

@@ -17,10 +17,12 @@ struct OnScene {
     const RunFigures* other = nullptr;
     /// m, by how much deeper the worst tick is.
     [[nodiscard]] double depth_lost() const {
-        return other->residual_penetration_max_m - exact->residual_penetration_max_m;
+        return (*other)[Metric::residual_penetration_max_m] - (*exact)[Metric::residual_penetration_max_m];
     }
     /// N, by how much the largest force differs, in either direction: a blind tool shows none.
-    [[nodiscard]] double force_lost() const { return std::abs(other->force_max_n - exact->force_max_n); }
+    [[nodiscard]] double force_lost() const {
+        return std::abs((*other)[Metric::force_max_n] - (*exact)[Metric::force_max_n]);
+    }
 };
 
 struct Loss {
@@ -81,10 +83,10 @@ std::vector<Loss> losses_of(const Results& results) {
             loss.scenes.push_back({.scene = scene, .exact = &first->runs.front(), .other = &second->runs.front()});
             const RunFigures& run = *loss.scenes.back().other;
             loss.alike += same_motion(*loss.scenes.back().exact, run) ? 1 : 0;
-            add_to(loss.true_pairs, run.true_pairs);
-            add_to(loss.false_negatives, run.false_negatives);
-            add_to(loss.true_proximity_pairs, run.true_proximity_pairs);
-            add_to(loss.proximity_false_negatives, run.proximity_false_negatives);
+            add_to(loss.true_pairs, run[Metric::true_pairs]);
+            add_to(loss.false_negatives, run[Metric::false_negatives]);
+            add_to(loss.true_proximity_pairs, run[Metric::true_proximity_pairs]);
+            add_to(loss.proximity_false_negatives, run[Metric::proximity_false_negatives]);
         }
         if (!loss.scenes.empty() || loss.failed > 0) losses.push_back(std::move(loss));
     }
@@ -110,7 +112,7 @@ const OnScene* worst(const Loss& loss, const Lost& lost) {
 
 double most_left(const Loss& loss, const RunFigures* OnScene::*of) {
     double most = not_known;
-    for (const OnScene& one : loss.scenes) most = std::fmax(most, (one.*of)->residual_penetration_max_m);
+    for (const OnScene& one : loss.scenes) most = std::fmax(most, (*(one.*of))[Metric::residual_penetration_max_m]);
     return most;
 }
 
@@ -124,12 +126,12 @@ TableRow row_of(const Loss& loss) {
     row.cells.push_back(deepest == nullptr
                             ? "n/a"
                             : fmt::format("{} ({}: {})", scaled(deepest->depth_lost(), mm), deepest->scene,
-                                          from_to(deepest->exact->residual_penetration_max_m,
-                                                  deepest->other->residual_penetration_max_m, mm)));
-    row.cells.push_back(forced == nullptr
-                            ? "n/a"
-                            : fmt::format("{} ({}: {})", scaled(forced->force_lost()), forced->scene,
-                                          from_to(forced->exact->force_max_n, forced->other->force_max_n, 1.0)));
+                                          from_to((*deepest->exact)[Metric::residual_penetration_max_m],
+                                                  (*deepest->other)[Metric::residual_penetration_max_m], mm)));
+    row.cells.push_back(forced == nullptr ? "n/a"
+                                          : fmt::format("{} ({}: {})", scaled(forced->force_lost()), forced->scene,
+                                                        from_to((*forced->exact)[Metric::force_max_n],
+                                                                (*forced->other)[Metric::force_max_n], 1.0)));
     row.cells.push_back(fmt::format("{} of {}", loss.alike, loss.scenes.size()) +
                         (loss.failed > 0 ? fmt::format(", fails on {}", loss.failed) : std::string()));
     return row;
@@ -146,11 +148,11 @@ Table by_scene(const std::vector<Loss>& losses) {
     table.folded = true;
     table.columns = {{"scene", false},
                      {"detector + response (contact generator)", false},
-                     {"false negatives", true},
-                     {"proximity false negatives", true},
-                     {"residual penetration, max (mm)", true},
-                     {"largest force (N)", true},
-                     {"force error to hard contact (N RMS)", true}};
+                     {"false negatives", true, Metric::false_negatives},
+                     {"proximity false negatives", true, Metric::proximity_false_negatives},
+                     {"residual penetration, max (mm)", true, Metric::residual_penetration_max_m},
+                     {"largest force (N)", true, Metric::force_max_n},
+                     {"force error to hard contact (N RMS)", true, Metric::force_error_rms_hard}};
     for (const Loss& loss : losses) {
         if (loss.moves_alike()) continue;
         for (const OnScene& one : loss.scenes) {
@@ -178,14 +180,15 @@ void add_lost_by_the_detector(Draft& draft) {
         "detection.");
     Table table;
     table.caption = "With an exact detector → with this one";
-    table.columns = {{"detector + response (contact generator)", false},
-                     {"exact detector", false},
-                     {"false negatives of true pairs", true},
-                     {"proximity false negatives of those within the query distance", true},
-                     {"residual penetration, max over the scenes (mm)", true},
-                     {"largest increase of residual penetration (mm)", true},
-                     {"most force changed (N)", true},
-                     {"scenes that move alike", true}};
+    table.columns = {
+        {"detector + response (contact generator)", false},
+        {"exact detector", false},
+        {"false negatives of true pairs", true, Metric::false_negatives},
+        {"proximity false negatives of those within the query distance", true, Metric::proximity_false_negatives},
+        {"residual penetration, max over the scenes (mm)", true, Metric::residual_penetration_max_m},
+        {"largest increase of residual penetration (mm)", true, Metric::residual_penetration_max_m},
+        {"most force changed (N)", true, Metric::force_max_n},
+        {"scenes that move alike", true}};
     std::vector<std::string> nothing_lost;
     for (const Loss& loss : losses) {
         if (loss.moves_alike()) {

@@ -1,9 +1,12 @@
 // A report as data: headings, paragraphs, tables and figures. Markdown and HTML are written from the same document.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
+
+#include "measure/metric.hpp"
 
 namespace trocar {
 
@@ -27,8 +30,9 @@ struct CodeBlock {
 struct Column {
     std::string header;  ///< with the unit: "tick p50 (µs)"
     bool number = false;
-    bool wide = false;      ///< text kept on one line while space allows
-    std::string help = {};  ///< tooltip of the header; empty: none
+    std::optional<Metric> metric = {};  ///< what it prints; its meaning is the tooltip of the header
+    std::string help = {};              ///< tooltip of a column that prints no metric; empty: none
+    bool wide = false;                  ///< text kept on one line while space allows
 };
 
 struct TableRow {

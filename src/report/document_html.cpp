@@ -11,6 +11,12 @@
 namespace trocar {
 namespace {
 
+std::string help_of(Metric metric) {
+    const MetricInfo& info = info_of(metric);
+    return fmt::format("{}. Figure {}{}, from: {}", info.meaning, info.name,
+                       info.unit == "1" ? std::string() : fmt::format(" in {}", info.unit), text_of(info.source));
+}
+
 std::string html_inline(const std::string& text) {
     return inline_parts(text, escape_xml,
                         [](const std::string& code) { return "<code>" + escape_xml(code) + "</code>"; });
@@ -62,9 +68,10 @@ struct Html {
         for (const Column& column : table.columns) {
             const char* const kind = column.number ? " class=\"number\"" : column.wide ? " class=\"wide\"" : "";
             const std::string header = html_inline(column.header);
-            out += fmt::format(
-                "<th{}>{}</th>", kind,
-                column.help.empty() ? header : "<abbr title=\"" + escape_xml(column.help) + "\">" + header + "</abbr>");
+            const std::string help = column.metric ? help_of(*column.metric) : column.help;
+            out +=
+                fmt::format("<th{}>{}</th>", kind,
+                            help.empty() ? header : "<abbr title=\"" + escape_xml(help) + "\">" + header + "</abbr>");
         }
         out += "</tr></thead>\n<tbody>\n";
         for (const TableRow& row : table.rows) {

@@ -30,8 +30,9 @@ void add_failures(Draft& draft) {
             ++not_run[key];
         } else if (kind != OutcomeKind::ok) {
             ++failed[key];
-        } else if (run.truncated_ticks > 0.0) {
-            ++truncated[{key.mode, key.who, key.scene, fmt::format("{:.0f} ticks truncated", run.truncated_ticks)}];
+        } else if (run[Metric::truncated_ticks] > 0.0) {
+            ++truncated[{key.mode, key.who, key.scene,
+                         fmt::format("{:.0f} ticks truncated", run[Metric::truncated_ticks])}];
         }
     }
     if (failed.empty()) {

@@ -8,98 +8,8 @@
 #include <map>
 #include <set>
 
-#include "measure/metrics.hpp"
-
 namespace trocar {
 namespace {
-
-/// Where each number of RunFigures comes from: a summary figure by its name in measure/metrics.hpp.
-struct Source {
-    double RunFigures::*figure;
-    const char* key;
-};
-constexpr std::array sources{Source{&RunFigures::substeps, "substeps"},
-                             Source{&RunFigures::timed_ticks, "timed_ticks"},
-                             Source{&RunFigures::total_median_ns, "total_median_ns"},
-                             Source{&RunFigures::total_p90_ns, "total_p90_ns"},
-                             Source{&RunFigures::total_p99_ns, "total_p99_ns"},
-                             Source{&RunFigures::total_p999_ns, "total_p999_ns"},
-                             Source{&RunFigures::total_max_ns, "total_max_ns"},
-                             Source{&RunFigures::total_cold_ns, "total_cold_ns"},
-                             Source{&RunFigures::deadline_misses, "deadline_misses"},
-                             Source{&RunFigures::longest_burst, "longest_burst"},
-                             Source{&RunFigures::work_median, "work_median"},
-                             Source{&RunFigures::work_max, "work_max"},
-                             Source{&RunFigures::allocations_median, "allocations_median"},
-                             Source{&RunFigures::true_pairs, "true_pairs"},
-                             Source{&RunFigures::false_negatives, "false_negatives"},
-                             Source{&RunFigures::false_negatives_touch, "false_negatives_touch"},
-                             Source{&RunFigures::true_touches, "true_touches"},
-                             Source{&RunFigures::false_positives, "false_positives"},
-                             Source{&RunFigures::contact_events, "contact_events"},
-                             Source{&RunFigures::contact_events_missed, "contact_events_missed"},
-                             Source{&RunFigures::query_distance_max_m, "query_distance_max_m"},
-                             Source{&RunFigures::true_proximity_pairs, "true_proximity_pairs"},
-                             Source{&RunFigures::proximity_false_negatives, "proximity_false_negatives"},
-                             Source{&RunFigures::depth_error_median_m, "depth_error_median_m"},
-                             Source{&RunFigures::depth_error_max_m, "depth_error_max_m"},
-                             Source{&RunFigures::residual_penetration_median_m, "residual_penetration_median_m"},
-                             Source{&RunFigures::residual_penetration_max_m, "residual_penetration_max_m"},
-                             Source{&RunFigures::residual_penetration_final_m, "residual_penetration_final_m"},
-                             Source{&RunFigures::residual_penetration_settled_m, "residual_penetration_settled_m"},
-                             Source{&RunFigures::overlap_volume_max_m3, "overlap_volume_max_m3"},
-                             Source{&RunFigures::min_translation_max_m, "min_translation_max_m"},
-                             Source{&RunFigures::ticks_to_clear_median, "ticks_to_clear_median"},
-                             Source{&RunFigures::ticks_to_clear_max, "ticks_to_clear_max"},
-                             Source{&RunFigures::uncleared, "uncleared"},
-                             Source{&RunFigures::re_penetrations, "re_penetrations"},
-                             Source{&RunFigures::overshoot_max_m, "overshoot_max_m"},
-                             Source{&RunFigures::wrong_side_vertices_max, "wrong_side_vertices_max"},
-                             Source{&RunFigures::wrong_side_vertices_last, "wrong_side_vertices_last"},
-                             Source{&RunFigures::side_undecided_max, "side_undecided_max"},
-                             Source{&RunFigures::side_undecided_ticks, "side_undecided_ticks"},
-                             Source{&RunFigures::native_contacts_mean, "native_contacts_mean"},
-                             Source{&RunFigures::pairs_mean, "pairs_mean"},
-                             Source{&RunFigures::pairs_max, "pairs_max"},
-                             Source{&RunFigures::force_max_n, "force_max_n"},
-                             Source{&RunFigures::force_error_rms_equal_k, "force_error_rms_equal_k"},
-                             Source{&RunFigures::force_error_rms_hard, "force_error_rms_hard"},
-                             Source{&RunFigures::force_error_worst_equal_k, "force_error_worst_equal_k"},
-                             Source{&RunFigures::force_error_worst_hard, "force_error_worst_hard"},
-                             Source{&RunFigures::force_bound_equal_k, "force_bound_equal_k"},
-                             Source{&RunFigures::force_bound_hard, "force_bound_hard"},
-                             Source{&RunFigures::position_error_worst_equal_k, "position_error_worst_equal_k"},
-                             Source{&RunFigures::reference_clears_hard, "reference_clears_hard"},
-                             Source{&RunFigures::force_jump_p99_n, "force_jump_p99_n"},
-                             Source{&RunFigures::force_jump_max_n, "force_jump_max_n"},
-                             Source{&RunFigures::force_without_touch_m, "force_without_touch_m"},
-                             Source{&RunFigures::force_flips, "force_flips"},
-                             Source{&RunFigures::force_above_30hz_rms_n, "force_above_30hz_rms_n"},
-                             Source{&RunFigures::force_above_30hz_share, "force_above_30hz_share"},
-                             Source{&RunFigures::momentum_residual_share, "momentum_residual_share"},
-                             Source{&RunFigures::energy_residual_share, "energy_residual_share"},
-                             Source{&RunFigures::max_strain, "max_strain"},
-                             Source{&RunFigures::strain_over_max, "strain_over_max"},
-                             Source{&RunFigures::ruptures, "ruptures"},
-                             Source{&RunFigures::truncated_ticks, "truncated_ticks"}};
-
-/// What truth says of a motion, whoever made it.
-constexpr std::array outcome_figures{&RunFigures::residual_penetration_median_m,
-                                     &RunFigures::residual_penetration_max_m,
-                                     &RunFigures::residual_penetration_final_m,
-                                     &RunFigures::residual_penetration_settled_m,
-                                     &RunFigures::overlap_volume_max_m3,
-                                     &RunFigures::min_translation_max_m,
-                                     &RunFigures::ticks_to_clear_median,
-                                     &RunFigures::ticks_to_clear_max,
-                                     &RunFigures::uncleared,
-                                     &RunFigures::re_penetrations,
-                                     &RunFigures::overshoot_max_m,
-                                     &RunFigures::wrong_side_vertices_max,
-                                     &RunFigures::wrong_side_vertices_last,
-                                     &RunFigures::side_undecided_max,
-                                     &RunFigures::side_undecided_ticks,
-                                     &RunFigures::strain_over_max};
 
 /// Results::noise_floor().
 double noise_between(const std::vector<RunFigures>& runs) {
@@ -110,7 +20,7 @@ double noise_between(const std::vector<RunFigures>& runs) {
         if (spec.scene.empty()) continue;
         processes[{spec.mode, spec.scene, spec.detector, spec.response, spec.contacts, spec.stepper, spec.knob,
                    spec.point}]
-            .push_back(run.total_median_ns);
+            .push_back(run[Metric::total_median_ns]);
     }
     std::vector<double> spreads;
     for (const auto& [same, medians] : processes) {
@@ -157,10 +67,7 @@ std::string undecided_text(double samples) {
     return samples > 0.0 ? fmt::format(" ({:.0f} undecided)", samples) : std::string();
 }
 
-double summary_of(const Record& record, const std::string& key) {
-    const auto found = record.summary.find(key);
-    return found == record.summary.end() ? not_known : found->second;
-}
+double summary_of(const Record& record, Metric metric) { return value_of(record.summary, metric); }
 
 void take_larger(double& largest, double value) {
     if (!std::isnan(value) && !(value <= largest)) largest = value;
@@ -177,16 +84,11 @@ double or_last(double value) { return std::isnan(value) ? std::numeric_limits<do
 RunFigures figures_of(const Record& record) {
     RunFigures figures;
     figures.record = &record;
-    for (const auto& [figure, key] : sources) figures.*figure = summary_of(record, key);
-    for (std::size_t s = 0; s < stage_count; ++s) {
-        const std::string name = stage_names.at(s);
-        figures.stage_p50.at(s) = summary_of(record, name + "_median_ns");
-        figures.stage_p99.at(s) = summary_of(record, name + "_p99_ns");
-    }
+    for (const MetricInfo& info : metrics()) figures[info.metric] = summary_of(record, info.metric);
     if (record.summary.empty()) {  // a run that never began has missed nothing and cut nothing
-        for (const auto count : {&RunFigures::timed_ticks, &RunFigures::deadline_misses, &RunFigures::longest_burst,
-                                 &RunFigures::ruptures, &RunFigures::truncated_ticks}) {
-            figures.*count = 0.0;
+        for (const auto count : {Metric::timed_ticks, Metric::deadline_misses, Metric::longest_burst, Metric::ruptures,
+                                 Metric::truncated_ticks}) {
+            figures[count] = 0.0;
         }
     }
     return figures;
@@ -198,8 +100,8 @@ bool same_motion(const RunFigures& a, const RunFigures& b) {
     const auto same = [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); };
     // A state knows nothing of forces where scripts drive all bodies.
     return first.spec.scene == second.spec.scene && a.ok() && b.ok() && !first.state_hash.empty() &&
-           first.state_hash == second.state_hash && same(a.force_max_n, b.force_max_n) &&
-           same(a.force_jump_max_n, b.force_jump_max_n);
+           first.state_hash == second.state_hash && same(a[Metric::force_max_n], b[Metric::force_max_n]) &&
+           same(a[Metric::force_jump_max_n], b[Metric::force_jump_max_n]);
 }
 
 double as_printed(double value) {
@@ -257,19 +159,19 @@ bool SceneResult::not_applicable() const {
     });
 }
 
-Estimate SceneResult::of(double RunFigures::*figure) const {
+Estimate SceneResult::of(Metric metric) const {
     std::vector<double> values;
-    for (const RunFigures& run : runs) values.push_back(run.*figure);
-    return across_processes(values, resamples_of(figure));
+    for (const RunFigures& run : runs) values.push_back(run[metric]);
+    return across_processes(values, resamples_of(metric));
 }
 
-const Resamples& SceneResult::resamples_of(double RunFigures::*figure) const {
+const Resamples& SceneResult::resamples_of(Metric metric) const {
     static const Resamples none;
-    if (figure == &RunFigures::total_median_ns) return p50_resamples;
-    return figure == &RunFigures::total_p99_ns ? p99_resamples : none;
+    if (metric == Metric::total_median_ns) return p50_resamples;
+    return metric == Metric::total_p99_ns ? p99_resamples : none;
 }
 
-double SceneResult::first(double RunFigures::*figure) const { return runs.empty() ? not_known : runs.front().*figure; }
+double SceneResult::first(Metric metric) const { return runs.empty() ? not_known : runs.front()[metric]; }
 
 bool SceneResult::repeatable() const {
     return std::all_of(runs.begin(), runs.end(), [this](const RunFigures& run) {
@@ -318,7 +220,9 @@ void Results::judge_by_twins() {
                     if (spec.mode != method.mode || !twin.judged() || !same_motion(run, twin)) {
                         continue;
                     }
-                    for (const auto figure : outcome_figures) run.*figure = twin.*figure;
+                    for (const MetricInfo& info : metrics()) {
+                        if (info.source == MetricSource::geometry) run[info.metric] = twin[info.metric];
+                    }
                     break;
                 }
             }

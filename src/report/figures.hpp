@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "measure/metrics.hpp"
 #include "measure/record.hpp"
 #include "measure/statistics.hpp"
 
@@ -18,77 +19,12 @@ namespace trocar {
 inline constexpr int processes_for_interval = 10;  ///< with fewer, the interval is minimum to maximum over processes
 inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
-/// Figures of one run; each is the summary figure of measure/metrics.hpp that figures.cpp names beside it. NaN = n/a.
+/// Metrics of one run. NaN = n/a.
 struct RunFigures {
     const Record* record = nullptr;
-    double substeps = not_known;  ///< n_sub, substeps of the integrator per tick; NaN in a replay
-    double timed_ticks = not_known;
-    double total_median_ns = not_known;           ///< ns
-    double total_p90_ns = not_known;              ///< ns
-    double total_p99_ns = not_known;              ///< ns; NaN below 1000 timed ticks
-    double total_p999_ns = not_known;             ///< ns; NaN below 100 000 timed ticks
-    double total_max_ns = not_known;              ///< ns
-    double total_cold_ns = not_known;             ///< ns, first tick with a pair
-    double deadline_misses = not_known;           ///< timed ticks longer than 1 ms
-    double longest_burst = not_known;             ///< longest run of such ticks
-    std::array<double, stage_count> stage_p50{};  ///< ns; NaN: stage not present
-    std::array<double, stage_count> stage_p99{};  ///< ns
-    double work_median = not_known;
-    double work_max = not_known;
-    double allocations_median = not_known;  ///< median per tick after the warm-up
-    double true_pairs = not_known;          ///< sums over judged ticks
-    double false_negatives = not_known;
-    double false_negatives_touch = not_known;
-    double true_touches = not_known;  ///< of true_pairs, those that only touch
-    double false_positives = not_known;
-    double contact_events = not_known;         ///< contacts of two bodies found by the space-time oracle
-    double contact_events_missed = not_known;  ///< of contacts_between, not reported
-    double query_distance_max_m =
-        not_known;  ///< largest query distance, m; NaN where no contact generator uses near pairs
-    double true_proximity_pairs =
-        not_known;  ///< near pairs within the query distance, sum over the ticks judged in detail
-    double proximity_false_negatives = not_known;       ///< of true_proximity_pairs, not reported
-    double depth_error_median_m = not_known;            ///< m, over ticks with a contact
-    double depth_error_max_m = not_known;               ///< m
-    double residual_penetration_median_m = not_known;   ///< residual penetration, m, over ticks with a pair or a depth
-    double residual_penetration_max_m = not_known;      ///< m
-    double residual_penetration_final_m = not_known;    ///< m, after the last tick
-    double residual_penetration_settled_m = not_known;  ///< m, from 200 ms after the last keyframe on
-    double overlap_volume_max_m3 = not_known;           ///< m³
-    double min_translation_max_m = not_known;           ///< m
-    double ticks_to_clear_median = not_known;
-    double ticks_to_clear_max = not_known;
-    double uncleared = not_known;
-    double re_penetrations = not_known;
-    double overshoot_max_m = not_known;  ///< m
-    double wrong_side_vertices_max = not_known;
-    double wrong_side_vertices_last = not_known;
-    double side_undecided_max = not_known;    ///< samples with undecided side in the oracle, maximum over ticks
-    double side_undecided_ticks = not_known;  ///< judged ticks with an undecided sample
-    double native_contacts_mean = not_known;  ///< native contacts per tick
-    double pairs_mean = not_known;            ///< per tick
-    double pairs_max = not_known;
-    double force_max_n = not_known;                   ///< N
-    double force_error_rms_equal_k = not_known;       ///< N, RMS below 30 Hz, against the reference of equal stiffness
-    double force_error_rms_hard = not_known;          ///< N, same against hard contact
-    double force_error_worst_equal_k = not_known;     ///< N
-    double force_error_worst_hard = not_known;        ///< N
-    double force_bound_equal_k = not_known;           ///< error bound of the reference, N RMS
-    double force_bound_hard = not_known;              ///< N RMS
-    double position_error_worst_equal_k = not_known;  ///< m
-    double reference_clears_hard = not_known;
-    double force_jump_p99_n = not_known;        ///< N per tick
-    double force_jump_max_n = not_known;        ///< N per tick
-    double force_without_touch_m = not_known;   ///< m
-    double force_flips = not_known;             ///< ticks on which the force direction changes by more than 90 degrees
-    double force_above_30hz_rms_n = not_known;  ///< N, above 30 Hz
-    double force_above_30hz_share = not_known;
-    double momentum_residual_share = not_known;
-    double energy_residual_share = not_known;
-    double max_strain = not_known;
-    double strain_over_max = not_known;
-    double ruptures = not_known;
-    double truncated_ticks = not_known;
+    std::array<double, metric_count> values{};  ///< by metric
+    double operator[](Metric metric) const { return values.at(static_cast<std::size_t>(metric)); }
+    double& operator[](Metric metric) { return values.at(static_cast<std::size_t>(metric)); }
     [[nodiscard]] bool ok() const { return record->outcome.ok(); }
     /// False for a run that is timed only: see Results.
     [[nodiscard]] bool judged() const { return record->spec.truth_stride > 0; }
@@ -96,8 +32,8 @@ struct RunFigures {
 
 RunFigures figures_of(const Record& record);
 
-/// One summary figure; NaN when the run lacks it.
-double summary_of(const Record& record, const std::string& key);
+/// One metric; NaN when the run lacks it.
+double summary_of(const Record& record, Metric metric);
 
 /// Maximum of the known (not NaN) values.
 void take_larger(double& largest, double value);
@@ -155,11 +91,11 @@ struct SceneResult {
     [[nodiscard]] bool ok() const;
     /// Absent or unsupported: neither a number nor a failure.
     [[nodiscard]] bool not_applicable() const;
-    [[nodiscard]] Estimate of(double RunFigures::*figure) const;
-    /// p50_resamples, p99_resamples, or empty for another figure.
-    [[nodiscard]] const Resamples& resamples_of(double RunFigures::*figure) const;
+    [[nodiscard]] Estimate of(Metric metric) const;
+    /// p50_resamples, p99_resamples, or empty for another metric.
+    [[nodiscard]] const Resamples& resamples_of(Metric metric) const;
     /// Value of the first process, for figures independent of the clock.
-    [[nodiscard]] double first(double RunFigures::*figure) const;
+    [[nodiscard]] double first(Metric metric) const;
     /// True when final state and pairs are equal over all processes.
     [[nodiscard]] bool repeatable() const;
 };

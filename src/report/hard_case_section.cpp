@@ -48,10 +48,10 @@ struct Cell {
 
 /// "residual_penetration_max_m 0.43 mm": metres as millimetres, everything else as it is.
 std::string figure_text(const std::string& key, double value, const std::string& relation = " ") {
-    const SummaryFigure& figure = summary_figure(key);
+    const MetricInfo& figure = info_of(metric_of(key));
     if (std::isnan(value)) return key + " n/a";
     if (figure.unit == "m") return key + relation + format_number(value * mm) + " mm";
-    return key + relation + format_number(value) + (figure.unit == "1" ? "" : " " + figure.unit);
+    return key + relation + format_number(value) + (figure.unit == "1" ? "" : " " + std::string(figure.unit));
 }
 
 Cell cell_of(const Record& record) {
@@ -61,22 +61,22 @@ Cell cell_of(const Record& record) {
     Cell cell{.text = {}, .asked = true};
     const std::string& expected = case_fact(record, "case.outcome");
     if (!expected.empty() && expected != name_of(OutcomeKind::ok)) {
-        cell.right = name_of(kind) == expected && !(summary_of(record, "false_positives") > 0.0);
+        cell.right = name_of(kind) == expected && !(summary_of(record, Metric::false_positives) > 0.0);
         cell.text = cell.right ? "ok" : kind == OutcomeKind::ok ? "not reported" : word_of(kind);
         return cell;
     }
     std::vector<std::string> faults;
-    const double failed = summary_of(record, "failed_ticks");
+    const double failed = summary_of(record, Metric::failed_ticks);
     if (kind != OutcomeKind::ok) {
         faults.push_back(word_of(kind) + (failed > 1.0 && case_fact(record, "case.of").empty()
                                               ? " " + count_text(failed)
                                               : std::string()));
     }
-    if (const double false_negatives = summary_of(record, "false_negatives");
+    if (const double false_negatives = summary_of(record, Metric::false_negatives);
         false_negatives > 0.0 && record.spec.response.empty()) {
         faults.push_back("FN " + count_text(false_negatives));
     }
-    if (const double false_positives = summary_of(record, "false_positives");
+    if (const double false_positives = summary_of(record, Metric::false_positives);
         false_positives > 0.0 && record.spec.response.empty()) {
         faults.push_back("FP " + count_text(false_positives));
     }
@@ -84,7 +84,7 @@ Cell cell_of(const Record& record) {
     for (const auto& [key, text] : record.environment) {
         if (key.rfind(bound, 0) != 0 || kind != OutcomeKind::ok) continue;
         const std::string figure = key.substr(bound.size());
-        const double value = summary_of(record, figure);
+        const double value = summary_of(record, metric_of(figure));
         if (value <= std::strtod(text.c_str(), nullptr)) continue;
         faults.push_back(figure_text(figure, value));
     }
@@ -105,8 +105,8 @@ std::string expected_text(const Record& record) {
     }
     if (!bounds.empty()) return joined(bounds);
     if (!case_fact(record, "case.expected").empty()) return case_fact(record, "case.expected");
-    return fmt::format("{} of {} meet", count_text(summary_of(record, "true_pairs")),
-                       count_text(summary_of(record, "judged_ticks")));
+    return fmt::format("{} of {} meet", count_text(summary_of(record, Metric::true_pairs)),
+                       count_text(summary_of(record, Metric::judged_ticks)));
 }
 
 using Row = std::map<std::string, const Record*>;  ///< by method
@@ -238,7 +238,7 @@ Table hard_case_tally(const Draft& draft, bool responses) {
     Table table;
     table.caption =
         responses ? "Responses on hard scenes, cases" : "Detectors on hard meshes and triangle pairs, cases";
-    table.columns = {{responses ? "response" : "detector", false, true}, {"right of N", true}};
+    table.columns = {{.header = responses ? "response" : "detector", .wide = true}, {"right of N", true}};
     for (const char* name : names) table.columns.push_back({name, true});
     for (const auto& [tally, methods] : sorted) {
         TableRow row{.cells = {joined(methods), fmt::format("{} of {}", tally.right, tally.asked)}};

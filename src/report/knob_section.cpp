@@ -114,15 +114,15 @@ Mark make_mark(const std::string& curve, const std::string& point, const std::ve
     if (!mark.outcome.empty() || dt_text == first.environment.end()) return mark;
     std::vector<double> medians;
     medians.reserve(runs.size());
-    for (const Record* run : runs) medians.push_back(summary_of(*run, "total_median_ns"));
+    for (const Record* run : runs) medians.push_back(summary_of(*run, Metric::total_median_ns));
     mark.time = across_processes(medians).value * us * (1e-3 / Point{dt_text->second}.number());
-    mark.error = replay ? summary_of(first, "false_negatives") + summary_of(first, "false_positives")
-                        : summary_of(first, "residual_penetration_max_m") * mm;
+    mark.error = replay ? summary_of(first, Metric::false_negatives) + summary_of(first, Metric::false_positives)
+                        : summary_of(first, Metric::residual_penetration_max_m) * mm;
     for (const Law& law : laws) {
-        mark.force.at(law.number) = summary_of(first, std::string("force_error_rms") + law.ending);
-        mark.force_bound.at(law.number) = summary_of(first, std::string("force_bound") + law.ending);
+        mark.force.at(law.number) = summary_of(first, metric_of(std::string("force_error_rms") + law.ending));
+        mark.force_bound.at(law.number) = summary_of(first, metric_of(std::string("force_bound") + law.ending));
     }
-    mark.substeps = summary_of(first, "substeps");
+    mark.substeps = summary_of(first, Metric::substeps);
     return mark;
 }
 
@@ -311,10 +311,11 @@ Table points_table(const Chart& chart) {
     Table table;
     table.caption = fmt::format("{}: {}", chart.scene, chart.knob);
     table.columns = {{"method", false}, {chart.knob, true}};
-    if (!chart.replay) table.columns.push_back({"sub-steps per tick", true});
+    if (!chart.replay) table.columns.push_back({"sub-steps per tick", true, Metric::substeps});
     table.columns.push_back({"time per simulated ms (µs)", true});
     table.columns.push_back({chart.error_title(), true});
-    if (!chart.replay) table.columns.push_back({"force error, equal k / hard (N RMS)", true});
+    if (!chart.replay)
+        table.columns.push_back({"force error, equal k / hard (N RMS)", true, Metric::force_error_rms_equal_k});
     table.columns.push_back({"outcome", false});
     table.folded = true;
     if (!chart.replay) table.note = reference_note(chart);

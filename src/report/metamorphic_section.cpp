@@ -43,11 +43,11 @@ std::string detector_cell(const RunsOfScene& runs, const std::string& name) {
     double pairs = 0.0;
     bool known = false;
     for (const auto& [scene, records] : runs) {
-        const double here = summary_of(*records.front(), "metamorphic_" + name + "_pairs");
+        const double here = summary_of(*records.front(), metric_of("metamorphic_" + name + "_pairs"));
         if (std::isnan(here)) continue;
         known = true;
         differ += here;
-        pairs += summary_of(*records.front(), "metamorphic_pairs");
+        pairs += summary_of(*records.front(), Metric::metamorphic_pairs);
     }
     if (!known) return "n/a";
     return differ > 0.0 ? fmt::format("no ({} of {} pairs)", count_text(differ), count_text(pairs)) : "yes";
@@ -58,11 +58,11 @@ std::string response_cell(const RunsOfScene& runs, const std::string& name) {
     double force = not_known;
     std::string worst;
     for (const auto& [scene, records] : runs) {
-        const double here = summary_of(*records.front(), "metamorphic_" + name + "_m");
+        const double here = summary_of(*records.front(), metric_of("metamorphic_" + name + "_m"));
         if (std::isnan(here)) continue;
         if (std::isnan(path) || here > path) worst = scene;
         path = std::fmax(path, here);
-        force = std::fmax(force, summary_of(*records.front(), "metamorphic_" + name + "_n"));
+        force = std::fmax(force, summary_of(*records.front(), metric_of("metamorphic_" + name + "_n")));
     }
     if (std::isnan(path)) return "n/a";
     if (path == 0.0 && force == 0.0) return "yes";

@@ -80,9 +80,9 @@ enum class Settled { ends_before, cleared, torn, not_cleared };
 
 Settled settled(const RunFigures& run) {
     constexpr double cleared = 1.0e-4;  // m
-    if (std::isnan(run.residual_penetration_settled_m)) return Settled::ends_before;
-    if (run.residual_penetration_settled_m <= cleared) return Settled::cleared;
-    return run.ruptures > 0.0 ? Settled::torn : Settled::not_cleared;
+    if (std::isnan(run[Metric::residual_penetration_settled_m])) return Settled::ends_before;
+    if (run[Metric::residual_penetration_settled_m] <= cleared) return Settled::cleared;
+    return run[Metric::ruptures] > 0.0 ? Settled::torn : Settled::not_cleared;
 }
 
 std::string settled_text(const RunFigures& run) {
@@ -96,13 +96,14 @@ std::string settled_text(const RunFigures& run) {
         case Settled::not_cleared:
             break;
     }
-    if (!(run.wrong_side_vertices_last > 0.0)) return "not cleared";
+    if (!(run[Metric::wrong_side_vertices_last] > 0.0)) return "not cleared";
     return fmt::format("not cleared: {} vertices stay on the wrong side, no rupture reported",
-                       count_text(run.wrong_side_vertices_last));
+                       count_text(run[Metric::wrong_side_vertices_last]));
 }
 
 std::string hard_reference_text(const RunFigures& run) {
-    return std::isnan(run.reference_clears_hard) ? "no reference" : yes_no(run.reference_clears_hard > 0.0);
+    return std::isnan(run[Metric::reference_clears_hard]) ? "no reference"
+                                                          : yes_no(run[Metric::reference_clears_hard] > 0.0);
 }
 
 /// One response on one scene, over the detectors of the study.
@@ -114,7 +115,9 @@ struct WorstOfDetectors {
 /// By response (and contact generator), then scene; runs that end too early are left out.
 std::map<std::string, std::map<std::string, WorstOfDetectors>> worst_of_detectors(const Draft& draft) {
     std::map<std::string, std::map<std::string, WorstOfDetectors>> all;
-    const auto rank = [](const RunFigures& run) { return std::pair(settled(run), run.residual_penetration_settled_m); };
+    const auto rank = [](const RunFigures& run) {
+        return std::pair(settled(run), run[Metric::residual_penetration_settled_m]);
+    };
     for (const Method& method : draft.results.methods("closed_loop")) {
         // What a blind or half blind detector costs stands under "lost by the detector".
         if (draft.results.fact(method, "detector.control") == "yes") continue;
@@ -126,7 +129,7 @@ std::map<std::string, std::map<std::string, WorstOfDetectors>> worst_of_detector
             WorstOfDetectors& worst =
                 all[method.response + " (" + method.contacts + ")" + by_stepper(method.stepper)][scene];
             worst.residual_penetration_max_m =
-                std::fmax(worst.residual_penetration_max_m, run.residual_penetration_max_m);
+                std::fmax(worst.residual_penetration_max_m, run[Metric::residual_penetration_max_m]);
             // The figures live in the results, as long as the draft.
             if (worst.settled == nullptr || rank(*worst.settled) < rank(run)) worst.settled = &run;
         }
@@ -138,7 +141,8 @@ std::map<std::string, std::map<std::string, WorstOfDetectors>> worst_of_detector
 Table settled_matrix(const Draft& draft) {
     Table table;
     table.caption = "Which scenes are clear 200 ms after the last key of the motion";
-    table.columns = {{"scene", false}, {"hard contact clears it within the strain limit", false}};
+    table.columns = {{"scene", false},
+                     {"hard contact clears it within the strain limit", false, Metric::reference_clears_hard}};
     const auto worst = worst_of_detectors(draft);
     for (const auto& [response, scenes] : worst) table.columns.push_back({code(response), false});
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
@@ -154,7 +158,8 @@ Table settled_matrix(const Draft& draft) {
             const bool cleared = settled(run) == Settled::cleared;
             cells.push_back(fmt::format(
                 "{} ({} mm {})", settled_text(run),
-                scaled(cleared ? found->second.residual_penetration_max_m : run.residual_penetration_settled_m, mm),
+                scaled(cleared ? found->second.residual_penetration_max_m : run[Metric::residual_penetration_settled_m],
+                       mm),
                 cleared ? "at worst before" : "residual"));
         }
         if (!cells[1].empty()) table.rows.push_back({.cells = std::move(cells)});
@@ -169,15 +174,16 @@ Table settled_matrix(const Draft& draft) {
 
 /// Depth 200 ms after the tool has come to rest, and why it is what it is.
 Table settled_table(const Draft& draft) {
-    Table table = rows_per_motion(draft, "200 ms after the last key of the motion, motion by motion",
-                                  {{"residual penetration (mm)", true},
-                                   {"hard contact clears it within the strain limit", false},
-                                   {"ruptures", true},
-                                   {"verdict", false}},
-                                  [](const RunFigures& run) -> std::vector<std::string> {
-                                      return {scaled(run.residual_penetration_settled_m, mm), hard_reference_text(run),
-                                              count_text(run.ruptures), settled_text(run)};
-                                  });
+    Table table =
+        rows_per_motion(draft, "200 ms after the last key of the motion, motion by motion",
+                        {{"residual penetration (mm)", true},
+                         {"hard contact clears it within the strain limit", false, Metric::reference_clears_hard},
+                         {"ruptures", true, Metric::ruptures},
+                         {"verdict", false}},
+                        [](const RunFigures& run) -> std::vector<std::string> {
+                            return {scaled(run[Metric::residual_penetration_settled_m], mm), hard_reference_text(run),
+                                    count_text(run[Metric::ruptures]), settled_text(run)};
+                        });
     std::erase_if(table.rows, [](const TableRow& row) { return row.cells.back() == "run ends before"; });
     return table;
 }
@@ -192,28 +198,29 @@ void add_outcome(Draft& draft) {
         "ticks with more than 0.1 mm of depth; its length is known to the judged ticks. Scripts that hold the tool in "
         "the tissue make long spells for every response: compare rows of one scene.");
     bool any_undecided = false;
-    Table clearing = rows_per_motion(draft, "Clearing",
-                                     {{"ticks to clear, median / max", true},
-                                      {"residual at the end", false},
-                                      {"re-penetrations", true},
-                                      {"overshoot, max (mm)", true},
-                                      {"wrong-side vertices, max / last", true},
-                                      {"overlap volume, max (mm³)", true},
-                                      {"minimum translation, max (mm)", true},
-                                      {"strain over the limit, max", true}},
-                                     [&any_undecided](const RunFigures& run) -> std::vector<std::string> {
-                                         any_undecided = any_undecided || run.side_undecided_max > 0.0;
-                                         return {two(run.ticks_to_clear_median, run.ticks_to_clear_max),
-                                                 std::isnan(run.uncleared) ? "n/a" : yes_no(run.uncleared > 0.0),
-                                                 count_text(run.re_penetrations),
-                                                 scaled(run.overshoot_max_m, mm),
-                                                 count_text(run.wrong_side_vertices_max) + " / " +
-                                                     count_text(run.wrong_side_vertices_last) +
-                                                     undecided_text(run.side_undecided_max),
-                                                 scaled(run.overlap_volume_max_m3, mm * mm * mm),
-                                                 scaled(run.min_translation_max_m, mm),
-                                                 scaled(run.strain_over_max)};
-                                     });
+    Table clearing =
+        rows_per_motion(draft, "Clearing",
+                        {{"ticks to clear, median / max", true, Metric::ticks_to_clear_max},
+                         {"residual at the end", false, Metric::residual_penetration_final_m},
+                         {"re-penetrations", true, Metric::re_penetrations},
+                         {"overshoot, max (mm)", true, Metric::overshoot_max_m},
+                         {"wrong-side vertices, max / last", true, Metric::wrong_side_vertices_max},
+                         {"overlap volume, max (mm³)", true, Metric::overlap_volume_max_m3},
+                         {"minimum translation, max (mm)", true, Metric::min_translation_max_m},
+                         {"strain over the limit, max", true, Metric::strain_over_max}},
+                        [&any_undecided](const RunFigures& run) -> std::vector<std::string> {
+                            any_undecided = any_undecided || run[Metric::side_undecided_max] > 0.0;
+                            return {two(run[Metric::ticks_to_clear_median], run[Metric::ticks_to_clear_max]),
+                                    std::isnan(run[Metric::uncleared]) ? "n/a" : yes_no(run[Metric::uncleared] > 0.0),
+                                    count_text(run[Metric::re_penetrations]),
+                                    scaled(run[Metric::overshoot_max_m], mm),
+                                    count_text(run[Metric::wrong_side_vertices_max]) + " / " +
+                                        count_text(run[Metric::wrong_side_vertices_last]) +
+                                        undecided_text(run[Metric::side_undecided_max]),
+                                    scaled(run[Metric::overlap_volume_max_m3], mm * mm * mm),
+                                    scaled(run[Metric::min_translation_max_m], mm),
+                                    scaled(run[Metric::strain_over_max])};
+                        });
     clearing.note =
         "Ticks to clear: from the first tick of a spell to the first clear one; n/a: no spell ended. Overshoot: gap "
         "within 20 ticks after a depth, less what scripts moved. Overlap volume and minimum translation (over 26 "
@@ -222,17 +229,19 @@ void add_outcome(Draft& draft) {
     draft.add(std::move(clearing));
     Table signal = rows_per_motion(
         draft, "Force quality and audit",
-        {{"force error, worst, equal k / hard (N)", true},
-         {"force above 30 Hz, RMS (N) / share", true},
-         {"direction flips (ticks)", true},
-         {"momentum error (share)", true},
-         {"energy error (share)", true}},
+        {{"force error, worst, equal k / hard (N)", true, Metric::force_error_worst_equal_k},
+         {"force above 30 Hz, RMS (N) / share", true, Metric::force_above_30hz_rms_n},
+         {"direction flips (ticks)", true, Metric::force_flips},
+         {"momentum error (share)", true, Metric::momentum_residual_share},
+         {"energy error (share)", true, Metric::energy_residual_share}},
         [](const RunFigures& run) -> std::vector<std::string> {
             const bool reference =
-                !std::isnan(run.force_error_worst_equal_k) || !std::isnan(run.force_error_worst_hard);
-            return {reference ? two(run.force_error_worst_equal_k, run.force_error_worst_hard) : "no reference",
-                    two(run.force_above_30hz_rms_n, run.force_above_30hz_share), count_text(run.force_flips),
-                    scaled(run.momentum_residual_share), scaled(run.energy_residual_share)};
+                !std::isnan(run[Metric::force_error_worst_equal_k]) || !std::isnan(run[Metric::force_error_worst_hard]);
+            return {reference ? two(run[Metric::force_error_worst_equal_k], run[Metric::force_error_worst_hard])
+                              : "no reference",
+                    two(run[Metric::force_above_30hz_rms_n], run[Metric::force_above_30hz_share]),
+                    count_text(run[Metric::force_flips]), scaled(run[Metric::momentum_residual_share]),
+                    scaled(run[Metric::energy_residual_share])};
         });
     signal.note =
         "Before any filter. Momentum error: largest momentum at any time that the audit of tissue and operators does "

@@ -28,9 +28,9 @@ std::vector<double> divided(const std::vector<double>& a, const std::vector<doub
 
 }  // namespace
 
-ProcessSample sample_of(const SceneResult& result, double RunFigures::*figure) {
-    ProcessSample sample{.by_process = {}, .resamples = result.resamples_of(figure)};
-    for (const RunFigures& run : result.runs) sample.by_process.push_back(run.*figure);
+ProcessSample sample_of(const SceneResult& result, Metric metric) {
+    ProcessSample sample{.by_process = {}, .resamples = result.resamples_of(metric)};
+    for (const RunFigures& run : result.runs) sample.by_process.push_back(run[metric]);
     return sample;
 }
 

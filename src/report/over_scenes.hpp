@@ -14,7 +14,7 @@ struct ProcessSample {
     Resamples resamples;
 };
 
-ProcessSample sample_of(const SceneResult& result, double RunFigures::*figure);
+ProcessSample sample_of(const SceneResult& result, Metric metric);
 
 /// a / b per process and per resample; both use the same draws.
 ProcessSample ratio_of(const ProcessSample& a, const ProcessSample& b);

@@ -11,10 +11,10 @@ namespace trocar {
 namespace {
 
 /// One figure of several processes of the same run.
-Estimate figure_of(const std::vector<const Record*>& runs, const char* key) {
+Estimate figure_of(const std::vector<const Record*>& runs, Metric metric) {
     std::vector<double> values;
     values.reserve(runs.size());
-    for (const Record* run : runs) values.push_back(summary_of(*run, key));
+    for (const Record* run : runs) values.push_back(summary_of(*run, metric));
     return across_processes(values);
 }
 
@@ -43,16 +43,16 @@ Table paced_table(const Draft& draft) {
     table.caption = "Paced loop: one tick released per millisecond, timed from its scheduled release";
     table.columns = {{"scene", false},
                      {"detector + response", false},
-                     {"n per process (ticks)", true},
-                     {"sub-steps per tick", true},
-                     {"p50 (µs)", true},
-                     {"p99 (µs)", true},
-                     {"p99.9 (µs)", true},
-                     {"max (µs)", true},
-                     {"deadline misses", true},
-                     {"longest burst (ticks)", true},
-                     {"empty loop: p50 / p99 / max (µs)", true},
-                     {"empty loop: misses", true}};
+                     {"n per process (ticks)", true, Metric::timed_ticks},
+                     {"sub-steps per tick", true, Metric::substeps},
+                     {"p50 (µs)", true, Metric::paced_median_ns},
+                     {"p99 (µs)", true, Metric::paced_p99_ns},
+                     {"p99.9 (µs)", true, Metric::paced_p999_ns},
+                     {"max (µs)", true, Metric::paced_max_ns},
+                     {"deadline misses", true, Metric::paced_misses},
+                     {"longest burst (ticks)", true, Metric::paced_burst},
+                     {"empty loop: p50 / p99 / max (µs)", true, Metric::empty_median_ns},
+                     {"empty loop: misses", true, Metric::empty_misses}};
     if (!reference.empty()) {
         table.columns.push_back({"tick / update and detect of " + code(draft.reference) + ", p50", true});
     }
@@ -71,45 +71,45 @@ Table paced_table(const Draft& draft) {
             table.rows.push_back({.cells = std::move(cells), .style = TableRow::Style::failed});
             continue;
         }
-        const auto tail = [&processes](const char* name) {
-            const Estimate estimate = figure_of(processes, name);
+        const auto tail = [&processes](Metric metric) {
+            const Estimate estimate = figure_of(processes, metric);
             return std::isnan(estimate.value) ? std::string("n too small") : estimate_text(estimate, us);
         };
-        const auto worst = [&processes](const char* name) {
+        const auto worst = [&processes](Metric metric) {
             double most = not_known;
-            for (const Record* run : processes) most = std::fmax(most, summary_of(*run, name));
+            for (const Record* run : processes) most = std::fmax(most, summary_of(*run, metric));
             return most;
         };
-        const auto sum = [&processes](const char* name) {
+        const auto sum = [&processes](Metric metric) {
             double all = 0.0;
-            for (const Record* run : processes) all += summary_of(*run, name);
+            for (const Record* run : processes) all += summary_of(*run, metric);
             return all;
         };
-        const double ticks = sum("timed_ticks");
+        const double ticks = sum(Metric::timed_ticks);
         cells.insert(
             cells.end(),
-            {count_text(figure_of(processes, "timed_ticks").value),
-             count_text(summary_of(*processes.front(), "substeps")),
-             estimate_text(figure_of(processes, "paced_median_ns"), us), tail("paced_p99_ns"), tail("paced_p999_ns"),
-             scaled(worst("paced_max_ns"), us), count_text(sum("paced_misses")) + " of " + count_text(ticks),
-             count_text(worst("paced_burst")),
-             scaled(figure_of(processes, "empty_median_ns").value, us) + " / " +
-                 scaled(figure_of(processes, "empty_p99_ns").value, us) + " / " + scaled(worst("empty_max_ns"), us),
-             count_text(sum("empty_misses")) + " of " + count_text(ticks)});
+            {count_text(figure_of(processes, Metric::timed_ticks).value),
+             count_text(summary_of(*processes.front(), Metric::substeps)),
+             estimate_text(figure_of(processes, Metric::paced_median_ns), us), tail(Metric::paced_p99_ns),
+             tail(Metric::paced_p999_ns), scaled(worst(Metric::paced_max_ns), us),
+             count_text(sum(Metric::paced_misses)) + " of " + count_text(ticks), count_text(worst(Metric::paced_burst)),
+             scaled(figure_of(processes, Metric::empty_median_ns).value, us) + " / " +
+                 scaled(figure_of(processes, Metric::empty_p99_ns).value, us) + " / " +
+                 scaled(worst(Metric::empty_max_ns), us),
+             count_text(sum(Metric::empty_misses)) + " of " + count_text(ticks)});
         if (!reference.empty()) {
             const RunSpec& spec = processes.front()->spec;
             const auto found = reference.find({spec.scene, spec.response, spec.stepper});
             double detection = not_known;
             if (found != reference.end()) {
-                detection = figure_of(found->second, "update_median_ns").value +
-                            figure_of(found->second, "detect_median_ns").value;
+                detection = figure_of(found->second, Metric::update_median_ns).value +
+                            figure_of(found->second, Metric::detect_median_ns).value;
             }
-            cells.push_back(scaled(figure_of(processes, "total_median_ns").value / detection));
+            cells.push_back(scaled(figure_of(processes, Metric::total_median_ns).value / detection));
         }
-        for (const char* stage : stage_names) {
-            const std::string name = stage;
-            cells.push_back(scaled(figure_of(processes, (name + "_median_ns").c_str()).value, us) + " / " +
-                            scaled(figure_of(processes, (name + "_p99_ns").c_str()).value, us));
+        for (std::size_t stage = 0; stage < stage_count; ++stage) {
+            cells.push_back(scaled(figure_of(processes, stage_median(stage)).value, us) + " / " +
+                            scaled(figure_of(processes, stage_p99(stage)).value, us));
         }
         table.rows.push_back({.cells = std::move(cells)});
     }

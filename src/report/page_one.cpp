@@ -44,17 +44,17 @@ ResponseRow make_row(const Results& results, const Method& method, const std::ve
         // What a run did before it failed is no answer; the row is reported as failed.
         if (!result->ok()) continue;
         const RunFigures& first = result->runs.front();
-        keep_known(depths, first.residual_penetration_median_m);
-        if (!std::isnan(first.residual_penetration_max_m) &&
-            !(first.residual_penetration_max_m <= row.residual_penetration_max)) {
-            row.residual_penetration_max = first.residual_penetration_max_m;
+        keep_known(depths, first[Metric::residual_penetration_median_m]);
+        if (!std::isnan(first[Metric::residual_penetration_max_m]) &&
+            !(first[Metric::residual_penetration_max_m] <= row.residual_penetration_max)) {
+            row.residual_penetration_max = first[Metric::residual_penetration_max_m];
             row.worst_on = scene;
         }
-        keep_known(forces, first.force_error_rms_hard);
-        add_known(row.tears, first.ruptures);
-        take_larger(row.force_without_touch_m, first.force_without_touch_m);
-        take_larger(row.force_jump, first.force_jump_max_n);
-        take_larger(row.total_p99_ns, result->of(&RunFigures::total_p99_ns).value);
+        keep_known(forces, first[Metric::force_error_rms_hard]);
+        add_known(row.tears, first[Metric::ruptures]);
+        take_larger(row.force_without_touch_m, first[Metric::force_without_touch_m]);
+        take_larger(row.force_jump, first[Metric::force_jump_max_n]);
+        take_larger(row.total_p99_ns, result->of(Metric::total_p99_ns).value);
     }
     row.depth_median = quantile(depths, 0.5);
     row.force_error = quantile(forces, 0.5);

@@ -89,6 +89,9 @@ std::string replayed_only(const Draft& draft) {
     return names.empty() ? std::string() : fmt::format(" Not run with responses, detectors only: {}.", joined(names));
 }
 
+constexpr const char* failed_help =
+    "Runs of the row that ended other than ok (failed, unstable, timed out, crashed) of all that it has";
+
 std::string ratio_header(const Draft& draft) {
     const int processes = draft.most_processes("replay");
     const std::string interval = processes >= processes_for_interval ? " [95 %]"
@@ -202,11 +205,14 @@ Table detectors_table(const Draft& draft) {
         std::any_of(rows.begin(), rows.end(), [](const VerdictRow* row) { return !std::isnan(row->contact_events); });
     const bool ratio = !draft.reference.empty();
     table.caption = fmt::format("Detectors on the same frames, {}", scenes_text(verdict.scenes.size()));
-    table.columns = {{"detector", false, true}, {"false negatives of N", true}, {"false positives", true}};
-    if (between) table.columns.push_back({"missed between frames, of N", true});
-    table.columns.insert(table.columns.end(), {{"µs p50", true}, {"µs p99", true}});
-    if (ratio) table.columns.push_back({ratio_header(draft), true});
-    table.columns.push_back({"failed", true});
+    table.columns = {{.header = "detector", .wide = true},
+                     {"false negatives of N", true, Metric::false_negatives},
+                     {"false positives", true, Metric::false_positives}};
+    if (between) table.columns.push_back({"missed between frames, of N", true, Metric::contact_events_missed});
+    table.columns.insert(table.columns.end(),
+                         {{"µs p50", true, Metric::total_median_ns}, {"µs p99", true, Metric::total_p99_ns}});
+    if (ratio) table.columns.push_back({ratio_header(draft), true, Metric::total_median_ns});
+    table.columns.push_back({"failed", true, {}, failed_help});
     std::vector<std::string> left_out;
     for (const VerdictRow* row : rows) {
         const std::string name = code(row->method.detector);
@@ -256,15 +262,15 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
     const std::string detector = common_detector(rows);
     const std::vector<std::size_t> shown = rows_that_matter(rows);
     table.caption = fmt::format("Responses, {}, with {}", judged_text(draft, tissue), code(detector));
-    table.columns = {{"response", false, true},
-                     {"residual penetration, median (mm)", true},
-                     {"residual penetration, max (mm)", true},
-                     {"tears", true},
-                     {"force without touch (mm)", true},
-                     {"force error median (N)", true},
-                     {"force jump worst (N)", true},
-                     {"tick p99 (ms)", true},
-                     {"failed of N", true}};
+    table.columns = {{.header = "response", .wide = true},
+                     {"residual penetration, median (mm)", true, Metric::residual_penetration_median_m},
+                     {"residual penetration, max (mm)", true, Metric::residual_penetration_max_m},
+                     {"tears", true, Metric::ruptures},
+                     {"force without touch (mm)", true, Metric::force_without_touch_m},
+                     {"force error median (N)", true, Metric::force_error_rms_hard},
+                     {"force jump worst (N)", true, Metric::force_jump_max_n},
+                     {"tick p99 (ms)", true, Metric::total_p99_ns},
+                     {"failed of N", true, {}, failed_help}};
     for (const std::size_t i : shown) {
         const ResponseRow& row = rows[i];
         TableRow line;

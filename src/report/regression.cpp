@@ -32,9 +32,7 @@ Runs first_processes(const std::vector<Record>& records) {
     return runs;
 }
 
-bool of_the_clock(const SummaryFigure& figure) {
-    return figure.unit == "ns" || figure.source == "clock" || figure.source == "paced loop";
-}
+bool of_the_clock(const MetricInfo& info) { return info.unit == "ns" || is_timed(info.source); }
 
 double relative_change(double before, double after) {
     if (std::isnan(before) && std::isnan(after)) return 0.0;
@@ -97,13 +95,13 @@ StudyComparison compare_studies(const std::vector<Record>& before, const std::ve
             result.changes.push_back({name, "outcome", outcome_text(a.outcome), outcome_text(b.outcome), HUGE_VAL});
         }
         compare_rows(name, a, b, result.changes);
-        for (const SummaryFigure& figure : summary_figures()) {
-            if (of_the_clock(figure)) continue;
-            const double x = summary_of(a, figure.name);
-            const double y = summary_of(b, figure.name);
+        for (const MetricInfo& info : metrics()) {
+            if (of_the_clock(info)) continue;
+            const double x = summary_of(a, info.metric);
+            const double y = summary_of(b, info.metric);
             const double size = relative_change(x, y);
             if (size <= tolerance) continue;
-            result.changes.push_back({name, header_of(figure), format_number(x), format_number(y), size});
+            result.changes.push_back({name, header_of(info), format_number(x), format_number(y), size});
         }
     }
     std::stable_sort(result.changes.begin(), result.changes.end(),

@@ -3,22 +3,17 @@
 #include <fmt/format.h>
 
 #include <set>
-#include <vector>
 
-#include "measure/metrics.hpp"
+#include "measure/metric.hpp"
 
 namespace trocar {
 namespace {
 
-/// The figures that any run of the study has, in the order of the one list.
-std::vector<const SummaryFigure*> used_figures(const Draft& draft) {
-    std::set<std::string> keys;
+/// The metrics that any run of the study has, in the order of their list.
+std::set<Metric> used_metrics(const Draft& draft) {
+    std::set<Metric> used;
     for (const Record& record : draft.records) {
-        for (const auto& [key, value] : record.summary) keys.insert(key);
-    }
-    std::vector<const SummaryFigure*> used;
-    for (const SummaryFigure& figure : summary_figures()) {
-        if (keys.contains(figure.name)) used.push_back(&figure);
+        for (const auto& [metric, value] : record.summary) used.insert(metric);
     }
     return used;
 }
@@ -31,9 +26,11 @@ void add_glossary(Draft& draft) {
     table.caption = "Columns of results.csv";
     table.columns = {{"figure", false}, {"unit", false}, {"better", false}, {"meaning", false}, {"taken from", false}};
     table.folded = true;
-    for (const SummaryFigure* figure : used_figures(draft)) {
-        table.rows.push_back({.cells = {code(figure->name), figure->unit, std::string(name_of(figure->better)),
-                                        figure->meaning, figure->source}});
+    for (const Metric metric : used_metrics(draft)) {
+        const MetricInfo& info = info_of(metric);
+        table.rows.push_back(
+            {.cells = {code(std::string(info.name)), std::string(info.unit), std::string(name_of(info.better)),
+                       std::string(info.meaning), std::string(text_of(info.source))}});
     }
     draft.add(std::move(table));
     draft.paragraph(

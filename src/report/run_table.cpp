@@ -175,14 +175,14 @@ RunTable::RunTable(std::span<const Record* const> records)
         }
     }
     add_plain(plain_after());
-    std::set<std::string> keys;
+    std::set<Metric> known;
     for (const Record* record : records_) {
-        for (const auto& [key, value] : record->summary) keys.insert(key);
+        for (const auto& [metric, value] : record->summary) known.insert(metric);
     }
-    for (const SummaryFigure& figure : summary_figures()) {
-        if (!keys.contains(figure.name)) continue;
-        columns_.push_back({figure.name, figure.unit, std::string(trocar::name_of(figure.better)), figure.meaning,
-                            figure.source, true});
+    for (const Metric metric : known) {
+        const MetricInfo& info = info_of(metric);
+        columns_.push_back({std::string(info.name), std::string(info.unit), std::string(name_of(info.better)),
+                            std::string(info.meaning), std::string(text_of(info.source)), true, metric});
     }
 }
 
@@ -192,8 +192,7 @@ RunValue RunTable::value(std::size_t row, std::size_t column) const {
     if (word != words_[row].end()) {
         return {.word = word->second, .number = wanted.number ? number_of(word->second) : std::nan("")};
     }
-    const auto figure = records_[row]->summary.find(wanted.name);
-    return {.word = {}, .number = figure == records_[row]->summary.end() ? std::nan("") : figure->second};
+    return {.word = {}, .number = value_of(records_[row]->summary, wanted.metric.value())};
 }
 
 std::string RunTable::text(std::size_t row, std::size_t column) const {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -14,11 +15,12 @@ namespace trocar {
 
 struct RunColumn {
     std::string name;     ///< letters, digits, '_' and '.': "residual_penetration_max_m", "detector.bv"
-    std::string unit;     ///< as summary_figures(): SI, "ns", "1"; "text" for words
+    std::string unit;     ///< as MetricInfo: SI, "ns", "1"; "text" for words
     std::string better;   ///< "lower", "higher" or "neither"
     std::string meaning;  ///< one sentence, including the meaning of an empty field
     std::string source;   ///< origin of the value
     bool number = false;
+    std::optional<Metric> metric = {};  ///< none for the specification and the outcome
 };
 
 /// A cell: a number (NaN: unknown) or a word (empty: not set).
@@ -30,7 +32,8 @@ struct RunValue {
 class RunTable {
 public:
     /// Columns that occur in any record, in this order. First the specification, then method parameters (alphabetical,
-    /// after their method), outcome and hashes, then figures as summary_figures(). The records outlive the object.
+    /// after their method), outcome and hashes, then metrics in the order of their list. The records outlive the
+    /// object.
     explicit RunTable(std::span<const Record* const> records);
 
     [[nodiscard]] const std::vector<RunColumn>& columns() const { return columns_; }

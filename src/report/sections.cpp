@@ -8,7 +8,6 @@
 
 #include "contact/outcome.hpp"
 #include "report/verdict.hpp"
-#include "report/words.hpp"
 
 namespace trocar {
 
@@ -68,7 +67,6 @@ void Draft::paragraph(const std::string& text, Paragraph::Style style) {
 
 void Draft::add(Table table) {
     if (table.rows.empty()) return;
-    explain_headers(table);
     document.blocks.emplace_back(std::move(table));
 }
 

@@ -37,10 +37,10 @@ struct Size {
         }
         return nullptr;
     }
-    [[nodiscard]] Estimate time(const std::string& key) const {
+    [[nodiscard]] Estimate time(Metric metric) const {
         std::vector<double> values;
         values.reserve(runs.size());
-        for (const Record* run : runs) values.push_back(summary_of(*run, key));
+        for (const Record* run : runs) values.push_back(summary_of(*run, metric));
         return across_processes(values);
     }
 };
@@ -95,8 +95,6 @@ std::string threads_of(const std::string& stepper) {
     return two ? "two threads" : "one thread";
 }
 
-std::string median_key(const std::string& stage) { return stage + "_median_ns"; }
-
 ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
     ScatterChart chart;
     chart.x_title = fmt::format("tissue triangles, {}, {}", family.scenes, family.stepper);
@@ -110,7 +108,7 @@ ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
                            .points = {},
                            .connected = true};
         for (const Size& size : sizes) {
-            const double time = size.time(median_key(stage)).value * us;
+            const double time = size.time(metric_of(std::string(stage) + "_median_ns")).value * us;
             if (size.failed() != nullptr || std::isnan(time) || std::isnan(size.triangles)) continue;
             series.points.push_back({.x = size.triangles,
                                      .y = time,
@@ -126,8 +124,12 @@ ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
 Table table_of(const std::map<Family, std::vector<Size>>& families) {
     Table table;
     table.caption = "Median time per tick and stage against size, one thread where the stepper's name says no more";
-    table.columns = {{"scene", false},           {"detector + response", false}, {"stepper", false},
-                     {"tissue triangles", true}, {"sub-steps per tick", true},   {"n per process (ticks)", true},
+    table.columns = {{"scene", false},
+                     {"detector + response", false},
+                     {"stepper", false},
+                     {"tissue triangles", true},
+                     {"sub-steps per tick", true, Metric::substeps},
+                     {"n per process (ticks)", true, Metric::timed_ticks},
                      {"whole tick (µs)", true}};
     for (const char* stage : stage_names) table.columns.push_back({std::string(stage) + " (µs)", true});
     table.note =
@@ -137,16 +139,18 @@ Table table_of(const std::map<Family, std::vector<Size>>& families) {
         for (const Size& size : sizes) {
             std::vector<std::string> cells{size.scene, code(family.methods), code(family.stepper),
                                            count_text(size.triangles),
-                                           count_text(summary_of(*size.runs.front(), "substeps"))};
+                                           count_text(summary_of(*size.runs.front(), Metric::substeps))};
             if (const Record* failed = size.failed()) {
                 cells.push_back(outcome_text(failed->outcome));
                 cells.resize(table.columns.size());
                 table.rows.push_back({.cells = std::move(cells), .style = TableRow::Style::failed});
                 continue;
             }
-            cells.push_back(count_text(size.time("timed_ticks").value));
-            cells.push_back(estimate_text(size.time(median_key("total")), us));
-            for (const char* stage : stage_names) cells.push_back(scaled(size.time(median_key(stage)).value, us));
+            cells.push_back(count_text(size.time(Metric::timed_ticks).value));
+            cells.push_back(estimate_text(size.time(Metric::total_median_ns), us));
+            for (std::size_t stage = 0; stage < stage_count; ++stage) {
+                cells.push_back(scaled(size.time(stage_median(stage)).value, us));
+            }
             table.rows.push_back({.cells = std::move(cells)});
         }
     }
@@ -173,8 +177,8 @@ Table size_page(const Draft& draft) {
             Row& row = rows[{family.scenes, family.methods, rank_of(size.triangles), size.scene}];
             row.triangles = size.triangles;
             const Record* failed = size.failed();
-            row.times[family.stepper] =
-                failed != nullptr ? outcome_text(failed->outcome) : scaled(size.time(median_key("total")).value, us);
+            row.times[family.stepper] = failed != nullptr ? outcome_text(failed->outcome)
+                                                          : scaled(size.time(Metric::total_median_ns).value, us);
         }
     }
     for (const auto& [key, row] : rows) {

@@ -20,45 +20,45 @@ Table latency_table(const Draft& draft, const std::string& mode) {
     Table table;
     table.columns = {{"scene", false},
                      {mode == "replay" ? "detector" : "detector + response (contact generator)", false},
-                     {"n per process (ticks)", true},
-                     {"p50 (µs)", true},
-                     {"p90 (µs)", true},
-                     {"p99 (µs)", true},
-                     {"max (µs)", true},
-                     {"first contact (µs)", true},
-                     {"misses at 1 ms", true},
-                     {"longest burst (ticks)", true},
-                     {"work, max / median", true},
-                     {"allocations per tick", true}};
+                     {"n per process (ticks)", true, Metric::timed_ticks},
+                     {"p50 (µs)", true, Metric::total_median_ns},
+                     {"p90 (µs)", true, Metric::total_p90_ns},
+                     {"p99 (µs)", true, Metric::total_p99_ns},
+                     {"max (µs)", true, Metric::total_max_ns},
+                     {"first contact (µs)", true, Metric::total_cold_ns},
+                     {"misses at 1 ms", true, Metric::deadline_misses},
+                     {"longest burst (ticks)", true, Metric::longest_burst},
+                     {"work, max / median", true, Metric::work_max},
+                     {"allocations per tick", true, Metric::allocations_median}};
     const bool integrates = mode == "closed_loop";
-    if (integrates) table.columns.insert(table.columns.begin() + 3, {"sub-steps per tick", true});
+    if (integrates) table.columns.insert(table.columns.begin() + 3, {"sub-steps per tick", true, Metric::substeps});
     table.folded = true;
     for (const std::string& scene : draft.results.scenes(mode)) {
         for (const Method& method : draft.results.methods(mode)) {
             const SceneResult* result = draft.results.find(method, scene);
             if (result == nullptr || !result->ok()) continue;
-            const auto time = [result](double RunFigures::*figure) { return estimate_text(result->of(figure), us); };
-            const Estimate p99 = result->of(&RunFigures::total_p99_ns);
+            const auto time = [result](Metric metric) { return estimate_text(result->of(metric), us); };
+            const Estimate p99 = result->of(Metric::total_p99_ns);
             double misses = 0.0;
             double ticks = 0.0;
             double burst = 0.0;
             for (const RunFigures& run : result->runs) {
-                misses += run.deadline_misses;
-                ticks += run.timed_ticks;
-                burst = std::max(burst, run.longest_burst);
+                misses += run[Metric::deadline_misses];
+                ticks += run[Metric::timed_ticks];
+                burst = std::max(burst, run[Metric::longest_burst]);
             }
-            const double work = result->first(&RunFigures::work_max) / result->first(&RunFigures::work_median);
-            const double largest = result->of(&RunFigures::total_max_ns).high;
+            const double work = result->first(Metric::work_max) / result->first(Metric::work_median);
+            const double largest = result->of(Metric::total_max_ns).high;
             table.rows.push_back(
-                {.cells = {scene, code(method.label()), count_text(result->first(&RunFigures::timed_ticks)),
-                           time(&RunFigures::total_median_ns), time(&RunFigures::total_p90_ns),
+                {.cells = {scene, code(method.label()), count_text(result->first(Metric::timed_ticks)),
+                           time(Metric::total_median_ns), time(Metric::total_p90_ns),
                            std::isnan(p99.value) ? "n too small" : estimate_text(p99, us), format_number(largest * us),
-                           time(&RunFigures::total_cold_ns), fmt::format("{:.0f} of {:.0f}", misses, ticks),
+                           time(Metric::total_cold_ns), fmt::format("{:.0f} of {:.0f}", misses, ticks),
                            count_text(burst), std::isfinite(work) ? format_number(work) : "n/a",
-                           format_number(result->first(&RunFigures::allocations_median))}});
+                           format_number(result->first(Metric::allocations_median))}});
             if (!integrates) continue;
             std::vector<std::string>& cells = table.rows.back().cells;
-            cells.insert(cells.begin() + 3, count_text(result->first(&RunFigures::substeps)));
+            cells.insert(cells.begin() + 3, count_text(result->first(Metric::substeps)));
         }
     }
     return table;
@@ -111,7 +111,7 @@ void add_stages(Draft& draft) {
                 ++scenes;
                 for (std::size_t s = 0; s < stage_count; ++s) {
                     std::vector<double> by_process;
-                    for (const RunFigures& run : result->runs) by_process.push_back(run.stage_p50.at(s));
+                    for (const RunFigures& run : result->runs) by_process.push_back(run[stage_median(s)]);
                     const double value = across_processes(by_process).value;
                     if (!std::isnan(value)) values.at(s).push_back(value * us);
                 }
@@ -161,7 +161,7 @@ std::vector<std::string> profile_order(const Draft& draft, const std::vector<Met
             const SceneResult* result = draft.results.find(detector, scene);
             if (result == nullptr) continue;
             times[detector.detector] =
-                result->ok() ? result->of(&RunFigures::total_median_ns).value : std::numeric_limits<double>::infinity();
+                result->ok() ? result->of(Metric::total_median_ns).value : std::numeric_limits<double>::infinity();
         }
         double fastest = std::numeric_limits<double>::infinity();
         for (const auto& [name, time] : times) fastest = std::min(fastest, time);
@@ -220,7 +220,7 @@ void add_work_profile(Draft& draft) {
         for (const Method& detector : detectors) {
             const SceneResult* result = draft.results.find(detector, scene);
             if (result == nullptr || !result->ok()) continue;
-            fastest = std::min(fastest, result->of(&RunFigures::total_median_ns).value);
+            fastest = std::min(fastest, result->of(Metric::total_median_ns).value);
         }
         if (!std::isfinite(fastest)) continue;
         best[scene] = fastest;
@@ -234,7 +234,7 @@ void add_work_profile(Draft& draft) {
         for (const std::string& scene : judged) {
             const SceneResult* result = draft.results.find(detector, scene);
             if (result == nullptr || !result->ok()) continue;
-            list.push_back(result->of(&RunFigures::total_median_ns).value / best.at(scene));
+            list.push_back(result->of(Metric::total_median_ns).value / best.at(scene));
             widest = std::max(widest, list.back());
         }
         std::sort(list.begin(), list.end());

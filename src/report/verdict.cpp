@@ -57,43 +57,43 @@ VerdictRow make_row(const Results& results, const Method& method, const std::str
         for (const RunFigures& run : result->runs) {
             ++row.runs;
             if (!run.ok()) ++row.failed_runs;
-            row.deadline_misses += run.deadline_misses;
-            row.timed_ticks += run.timed_ticks;
+            row.deadline_misses += run[Metric::deadline_misses];
+            row.timed_ticks += run[Metric::timed_ticks];
         }
-        add_known(row.true_pairs, result->first(&RunFigures::true_pairs));
-        add_known(row.false_negatives, result->first(&RunFigures::false_negatives));
-        add_known(row.false_positives, result->first(&RunFigures::false_positives));
-        add_known(row.contact_events, result->first(&RunFigures::contact_events));
-        add_known(row.contact_events_missed, result->first(&RunFigures::contact_events_missed));
-        add_known(row.truncated_ticks, result->first(&RunFigures::truncated_ticks));
+        add_known(row.true_pairs, result->first(Metric::true_pairs));
+        add_known(row.false_negatives, result->first(Metric::false_negatives));
+        add_known(row.false_positives, result->first(Metric::false_positives));
+        add_known(row.contact_events, result->first(Metric::contact_events));
+        add_known(row.contact_events_missed, result->first(Metric::contact_events_missed));
+        add_known(row.truncated_ticks, result->first(Metric::truncated_ticks));
         if (!result->ok()) continue;
         ++row.scenes_ok;
-        take_larger(row.depth_error_max_m, result->first(&RunFigures::depth_error_max_m));
-        take_larger(row.side_undecided_max, result->first(&RunFigures::side_undecided_max));
+        take_larger(row.depth_error_max_m, result->first(Metric::depth_error_max_m));
+        take_larger(row.side_undecided_max, result->first(Metric::side_undecided_max));
         const bool counts = std::find(judged.begin(), judged.end(), scene) != judged.end();
-        if (counts) take_larger(row.slowest_p99, result->of(&RunFigures::total_p99_ns).value);
-        if (const double residual_penetration_max_m = result->first(&RunFigures::residual_penetration_max_m);
+        if (counts) take_larger(row.slowest_p99, result->of(Metric::total_p99_ns).value);
+        if (const double residual_penetration_max_m = result->first(Metric::residual_penetration_max_m);
             counts && !std::isnan(residual_penetration_max_m)) {
             take_larger(row.residual_penetration_max_m, residual_penetration_max_m);
-            left.push_back(result->first(&RunFigures::residual_penetration_median_m));
+            left.push_back(result->first(Metric::residual_penetration_median_m));
         }
-        if (!std::isnan(result->first(&RunFigures::residual_penetration_max_m))) {
+        if (!std::isnan(result->first(Metric::residual_penetration_max_m))) {
             errors.push_back(error_on(*result, results.class_of(scene)));
         }
-        add_known(row.tears, result->first(&RunFigures::ruptures));
+        add_known(row.tears, result->first(Metric::ruptures));
         const RunFigures& first = result->runs.front();
-        take_force_error(row.force_error_rms_equal_k, row.force_within_equal_k, first.force_error_rms_equal_k,
-                         first.force_bound_equal_k);
-        take_force_error(row.force_error_rms_hard, row.force_within_hard, first.force_error_rms_hard,
-                         first.force_bound_hard);
-        if (const double value = result->first(&RunFigures::depth_error_median_m); !std::isnan(value)) {
+        take_force_error(row.force_error_rms_equal_k, row.force_within_equal_k, first[Metric::force_error_rms_equal_k],
+                         first[Metric::force_bound_equal_k]);
+        take_force_error(row.force_error_rms_hard, row.force_within_hard, first[Metric::force_error_rms_hard],
+                         first[Metric::force_bound_hard]);
+        if (const double value = result->first(Metric::depth_error_median_m); !std::isnan(value)) {
             depth_errors.push_back(value);
         }
-        p50.push_back(sample_of(*result, &RunFigures::total_median_ns));
-        p99.push_back(sample_of(*result, &RunFigures::total_p99_ns));
+        p50.push_back(sample_of(*result, Metric::total_median_ns));
+        p99.push_back(sample_of(*result, Metric::total_p99_ns));
         const SceneResult* other = reference.empty() ? nullptr : results.find(yardstick, scene);
         if (other != nullptr && other->ok()) {
-            ratio.push_back(ratio_of(p50.back(), sample_of(*other, &RunFigures::total_median_ns)));
+            ratio.push_back(ratio_of(p50.back(), sample_of(*other, Metric::total_median_ns)));
         } else {
             ratio.push_back({.by_process = std::vector(p50.back().by_process.size(), not_known), .resamples = {}});
         }

@@ -30,11 +30,10 @@ double time_of(const VerdictRow& row) { return row.p50.value; }
 }  // namespace
 
 double error_on(const SceneResult& result, const std::string& pair_class) {
-    const double path = result.first(&RunFigures::position_error_worst_equal_k);
+    const double path = result.first(Metric::position_error_worst_equal_k);
     const bool rigid = pair_class == "I2I" || pair_class == "I2R";
     // NaN stays NaN: std::max gives its first argument when neither is larger.
-    return std::max(rigid && !std::isnan(path) ? path : result.first(&RunFigures::residual_penetration_max_m),
-                    least_error);
+    return std::max(rigid && !std::isnan(path) ? path : result.first(Metric::residual_penetration_max_m), least_error);
 }
 
 std::vector<std::string> judged_scenes(const Results& results, const std::vector<std::string>& scenes, bool tissue) {

@@ -117,16 +117,16 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
     table.caption = caption;
     table.columns = {{"row", true},
                      {closed_loop ? "detector + response (contact generator)" : "detector", false, true},
-                     {"false negatives / false positives of true pairs", true},
-                     {"depth error, median / worst (mm)", true},
-                     {"error over scenes (mm)", true},
-                     {"residual penetration, median / worst (mm)", true},
-                     {"tears", true},
-                     {"force error, equal k / hard (N RMS)", true},
-                     {"tick p50 (µs)", true},
-                     {"tick p99 (µs)", true},
+                     {"false negatives / false positives of true pairs", true, Metric::false_negatives},
+                     {"depth error, median / worst (mm)", true, Metric::depth_error_max_m},
+                     {"error over scenes (mm)", true, Metric::residual_penetration_max_m},
+                     {"residual penetration, median / worst (mm)", true, Metric::residual_penetration_median_m},
+                     {"tears", true, Metric::ruptures},
+                     {"force error, equal k / hard (N RMS)", true, Metric::force_error_rms_equal_k},
+                     {"tick p50 (µs)", true, Metric::total_median_ns},
+                     {"tick p99 (µs)", true, Metric::total_p99_ns},
                      {"ratio of medians", true},
-                     {"ticks over 1 ms", true},
+                     {"ticks over 1 ms", true, Metric::deadline_misses},
                      {"failures", true}};
     const bool between = searches_between(rows);
     if (between) table.columns.insert(table.columns.begin() + 3, {"contacts between frames never reported", true});

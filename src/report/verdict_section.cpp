@@ -31,7 +31,8 @@ std::string substeps_note(const Draft& draft) {
     std::map<double, std::set<std::string>> scenes;
     for (const RunFigures& run : draft.results.runs()) {
         const RunSpec& spec = run.record->spec;
-        if (spec.mode == draft.mode && !std::isnan(run.substeps)) scenes[run.substeps].insert(spec.scene);
+        if (spec.mode == draft.mode && !std::isnan(run[Metric::substeps]))
+            scenes[run[Metric::substeps]].insert(spec.scene);
     }
     std::vector<std::string> parts;
     parts.reserve(scenes.size());

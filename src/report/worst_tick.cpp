@@ -161,9 +161,9 @@ std::optional<WorstTickRuns> worst_tick_runs(const std::vector<Record>& records)
         const SceneResult* ours = draft.results.find(first, scene);
         const SceneResult* theirs = draft.results.find(other, scene);
         if (ours == nullptr || theirs == nullptr || !ours->ok() || !theirs->ok()) continue;
-        const double depth = theirs->runs.front().residual_penetration_max_m;
+        const double depth = theirs->runs.front()[Metric::residual_penetration_max_m];
         if (std::isnan(depth)) continue;
-        const std::pair rank{!std::isnan(theirs->runs.front().force_error_rms_hard), depth};
+        const std::pair rank{!std::isnan(theirs->runs.front()[Metric::force_error_rms_hard]), depth};
         if (rank <= best) continue;
         best = rank;
         chosen = WorstTickRuns{.first = ours->runs.front().record,
