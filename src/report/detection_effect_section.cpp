@@ -157,12 +157,15 @@ Table by_scene(const std::vector<Loss>& losses) {
         if (loss.moves_alike()) continue;
         for (const OnScene& one : loss.scenes) {
             table.rows.push_back(
-                {.cells = {
-                     one.scene, code(loss.other.label()), of_text(one.other->false_negatives, one.other->true_pairs),
-                     of_text(one.other->proximity_false_negatives, one.other->true_proximity_pairs),
-                     change_text(one.exact->residual_penetration_max_m, one.other->residual_penetration_max_m, mm),
-                     change_text(one.exact->force_max_n, one.other->force_max_n, 1.0),
-                     change_text(one.exact->force_error_rms_hard, one.other->force_error_rms_hard, 1.0)}});
+                {.cells = {one.scene, code(loss.other.label()),
+                           of_text((*one.other)[Metric::false_negatives], (*one.other)[Metric::true_pairs]),
+                           of_text((*one.other)[Metric::proximity_false_negatives],
+                                   (*one.other)[Metric::true_proximity_pairs]),
+                           change_text((*one.exact)[Metric::residual_penetration_max_m],
+                                       (*one.other)[Metric::residual_penetration_max_m], mm),
+                           change_text((*one.exact)[Metric::force_max_n], (*one.other)[Metric::force_max_n], 1.0),
+                           change_text((*one.exact)[Metric::force_error_rms_hard],
+                                       (*one.other)[Metric::force_error_rms_hard], 1.0)}});
         }
     }
     return table;

@@ -116,7 +116,7 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
     Table table;
     table.caption = caption;
     table.columns = {{"row", true},
-                     {closed_loop ? "detector + response (contact generator)" : "detector", false, true},
+                     {.header = closed_loop ? "detector + response (contact generator)" : "detector", .wide = true},
                      {"false negatives / false positives of true pairs", true, Metric::false_negatives},
                      {"depth error, median / worst (mm)", true, Metric::depth_error_max_m},
                      {"error over scenes (mm)", true, Metric::residual_penetration_max_m},

@@ -28,7 +28,7 @@ struct Level {
     std::optional<std::string> absent_reason = {};  ///< set when this build lacks it; its runs become rows `absent`
 };
 
-/// What a method runs on.
+/// One level of the factor that methods run on.
 struct Input {
     enum class Kind : std::uint8_t {
         scene,

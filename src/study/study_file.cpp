@@ -92,6 +92,7 @@ std::map<std::string, std::string> facts_of(const HardCase& hard_case) {
 /// Cases of the folder that fit the experiment: meshes for a replay, scenes for a closed loop.
 void add_cases(const JsonNode& node, const std::filesystem::path& study, Experiment& experiment) {
     const std::filesystem::path folder = node.text();
+    if (!std::filesystem::is_directory(study.parent_path() / folder)) node.fail("a folder of cases");
     for (const HardCase& one : read_hard_cases(study.parent_path() / folder)) {
         if (one.pairs.has_value() != (experiment.frames == replay)) continue;
         Input input;

@@ -113,7 +113,7 @@ TEST_F(ExitStatus, ReportAgainstAnotherIsOneWhenAFigureOrARunHasChanged) {
     const std::string before = folder_of("before", records);
     const std::string same = folder_of("same", records);
     const std::string fewer = folder_of("fewer", {records[0]});
-    records[1].summary.at("residual_penetration_max_m") *= 1.01;
+    records[1].summary.at(Metric::residual_penetration_max_m) *= 1.01;
     const std::string changed = folder_of("changed", records);
     const auto against = [](const std::string& now, const std::string& then, const std::string& more = "") {
         return run_program("report " + now + " --against " + then + more);

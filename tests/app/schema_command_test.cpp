@@ -11,7 +11,7 @@ namespace {
 
 TEST(Schema, PrintsAJsonSchemaOfEveryFormat) {
     for (const auto& [what, oldest] :
-         {std::pair{"scene", "2"}, {"study", "2"}, {"recording", "1"}, {"baseline", "1"}}) {
+         {std::pair{"scene", "2"}, {"study", "3"}, {"recording", "1"}, {"baseline", "1"}}) {
         const nlohmann::json document = test::json_of(std::string("schema ") + what);
         const nlohmann::json& format = document["properties"]["format"];
         EXPECT_EQ(format.contains("const") ? format["const"] : format["enum"][0],

@@ -164,7 +164,7 @@ TEST(Blind, HiddenTrianglesMakeOurResponseWorse) {
         // A tool that goes deep, so that the sheet's own corners press on its side and only its faces hold them.
         const Record record = run_closed_loop(quick_scene("i2t_stab", 1.0), spec);
         EXPECT_TRUE(record.outcome.ok()) << detector << ": " << record.outcome.message;
-        return record.summary.at("residual_penetration_max_m");
+        return record.summary.at(Metric::residual_penetration_max_m);
     };
     const double seeing = deepest("ohc_clustered");
     // The planes of the neighbours hold what the hidden ones would, up to two triangles of five.

@@ -21,17 +21,25 @@ StepRow row_of(std::int64_t tick) {
     return row;
 }
 
-TEST(Summary, EveryFigureIsExplainedOnce) {
+TEST(Metrics, AreExplainedOnceEach) {
     std::set<std::string> names;
-    for (const SummaryFigure& figure : summary_figures()) {
-        EXPECT_TRUE(names.insert(figure.name).second) << figure.name;
-        EXPECT_FALSE(figure.unit.empty()) << figure.name;
-        EXPECT_FALSE(figure.meaning.empty()) << figure.name;
-        EXPECT_FALSE(figure.source.empty()) << figure.name;
-        EXPECT_EQ(header_of(figure) == figure.name, figure.unit == "1") << figure.name;
+    std::set<std::string_view> meanings;
+    EXPECT_EQ(metrics().size(), metric_count);
+    for (const MetricInfo& info : metrics()) {
+        EXPECT_TRUE(names.emplace(info.name).second) << info.name;
+        EXPECT_TRUE(meanings.insert(info.meaning).second) << info.name << " has the meaning of another metric";
+        EXPECT_FALSE(info.unit.empty()) << info.name;
+        EXPECT_FALSE(text_of(info.source).empty()) << info.name;
+        EXPECT_EQ(header_of(info) == info.name, info.unit == "1") << info.name;
+        EXPECT_EQ(&info_of(info.metric), &info);
+        EXPECT_EQ(metric_of(info.name), info.metric);
+        // A meaning stands alone: it refers to no other row.
+        for (const char* word : {"the same", "Of these", "Of the others"}) {
+            EXPECT_EQ(info.meaning.find(word), std::string_view::npos) << info.name << ": " << info.meaning;
+        }
     }
-    for (const auto& [name, value] : summarize({row_of(0)})) EXPECT_NO_THROW((void)summary_figure(name)) << name;
-    EXPECT_THROW((void)summary_figure("nonsense"), std::logic_error);
+    EXPECT_FALSE(metric_named("nonsense"));
+    EXPECT_THROW((void)metric_of("nonsense"), std::logic_error);
 }
 
 TEST(Summary, PairFiguresFollowTheirDefinitions) {
@@ -44,11 +52,11 @@ TEST(Summary, PairFiguresFollowTheirDefinitions) {
     rows[0].false_positives = 1;
     rows[1].pairs = 1000;  // not judged
     const auto figures = summarize(rows);
-    EXPECT_DOUBLE_EQ(figures.at("precision"), 8.0 / 9.0);
-    EXPECT_DOUBLE_EQ(figures.at("recall"), 0.8);
-    EXPECT_DOUBLE_EQ(figures.at("recall_without_touches"), 5.0 / 6.0);
-    EXPECT_DOUBLE_EQ(figures.at("f1"), 16.0 / 19.0);
-    EXPECT_EQ(figures.at("judged_ticks"), 1.0);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::precision), 8.0 / 9.0);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::recall), 0.8);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::recall_without_touches), 5.0 / 6.0);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::f1), 16.0 / 19.0);
+    EXPECT_EQ(figures.at(Metric::judged_ticks), 1.0);
 }
 
 TEST(Summary, NothingJudgedIsNotZero) {
@@ -57,7 +65,7 @@ TEST(Summary, NothingJudgedIsNotZero) {
                              "depth_error_max_m", "ticks_to_clear_max", "uncleared", "overshoot_max_m", "force_flips",
                              "force_above_30hz_share", "force_jump_max_n", "max_strain", "wrong_side_last",
                              "side_undecided_max", "side_undecided_ticks"}) {
-        EXPECT_TRUE(std::isnan(figures.at(name))) << name;
+        EXPECT_TRUE(std::isnan(figures.at(metric_of(name)))) << name;
     }
 }
 
@@ -66,8 +74,8 @@ TEST(Summary, UndecidedSidesAreCountedOverJudgedTicks) {
     rows[0].side_undecided = 0;
     rows[2].side_undecided = 7;
     rows[3].side_undecided = 2;
-    EXPECT_EQ(summarize(rows).at("side_undecided_max"), 7.0);
-    EXPECT_EQ(summarize(rows).at("side_undecided_ticks"), 2.0);
+    EXPECT_EQ(summarize(rows).at(Metric::side_undecided_max), 7.0);
+    EXPECT_EQ(summarize(rows).at(Metric::side_undecided_ticks), 2.0);
 }
 
 TEST(Summary, TimesLeaveOutTheWarmUpAndFailedTicks) {
@@ -78,14 +86,14 @@ TEST(Summary, TimesLeaveOutTheWarmUpAndFailedTicks) {
     rows.push_back(row_of(5000000));
     rows.back().outcome = OutcomeKind::unstable;
     const auto figures = summarize(rows);
-    EXPECT_EQ(figures.at("detect_median_ns"), 150.0);
-    EXPECT_EQ(figures.at("total_median_ns"), 157.0);
-    EXPECT_EQ(figures.at("total_max_ns"), 207.0);
-    EXPECT_EQ(figures.at("total_cold_ns"), 1000107.0);
-    EXPECT_TRUE(std::isnan(figures.at("total_p99_ns")));
-    EXPECT_TRUE(std::isnan(figures.at("respond_median_ns")));
-    EXPECT_TRUE(std::isnan(figures.at("allocations_median")));
-    EXPECT_EQ(figures.at("failed_ticks"), 1.0);
+    EXPECT_EQ(figures.at(Metric::detect_median_ns), 150.0);
+    EXPECT_EQ(figures.at(Metric::total_median_ns), 157.0);
+    EXPECT_EQ(figures.at(Metric::total_max_ns), 207.0);
+    EXPECT_EQ(figures.at(Metric::total_cold_ns), 1000107.0);
+    EXPECT_TRUE(std::isnan(figures.at(Metric::total_p99_ns)));
+    EXPECT_TRUE(std::isnan(figures.at(Metric::respond_median_ns)));
+    EXPECT_TRUE(std::isnan(figures.at(Metric::allocations_median)));
+    EXPECT_EQ(figures.at(Metric::failed_ticks), 1.0);
 }
 
 TEST(Summary, ForceJumpIsTheLargestStepBetweenNeighbours) {
@@ -94,8 +102,8 @@ TEST(Summary, ForceJumpIsTheLargestStepBetweenNeighbours) {
     rows[1].tool_force = Vector3(3, 4, 0);
     rows[2].tool_force = Vector3(3, 4, 1);
     const auto figures = summarize(rows);
-    EXPECT_DOUBLE_EQ(figures.at("force_jump_max_n"), 5.0);
-    EXPECT_DOUBLE_EQ(figures.at("force_rms_n"), std::sqrt((25.0 + 26.0) / 3.0));
+    EXPECT_DOUBLE_EQ(figures.at(Metric::force_jump_max_n), 5.0);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::force_rms_n), std::sqrt((25.0 + 26.0) / 3.0));
 }
 
 TEST(Summary, TheFirstTickJumpsFromZeroInTheLargestJumpAlone) {
@@ -107,30 +115,30 @@ TEST(Summary, TheFirstTickJumpsFromZeroInTheLargestJumpAlone) {
     }
     rows[600].tool_force = Vector3(0, 3, 5);
     const auto figures = summarize(rows);
-    EXPECT_DOUBLE_EQ(figures.at("force_jump_max_n"), 5.0);
-    EXPECT_DOUBLE_EQ(figures.at("tip_force_jump_max_n"), 2.0);
-    EXPECT_DOUBLE_EQ(figures.at("device_force_jump_max_n"), 1.0);
-    EXPECT_DOUBLE_EQ(figures.at("force_jump_p99_n"), 0.0);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::force_jump_max_n), 5.0);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::tip_force_jump_max_n), 2.0);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::device_force_jump_max_n), 1.0);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::force_jump_p99_n), 0.0);
     rows[0].tool_force = Vector3::Zero();
-    EXPECT_DOUBLE_EQ(summarize(rows).at("force_jump_max_n"), 5.0) << "from the first tick to the second";
+    EXPECT_DOUBLE_EQ(summarize(rows).at(Metric::force_jump_max_n), 5.0) << "from the first tick to the second";
 }
 
 TEST(Summary, ResidualCountsTicksWithAPairOrADepth) {
     std::vector<StepRow> rows(4);
     for (StepRow& row : rows) row.residual_penetration = 0.0;
-    EXPECT_EQ(summarize(rows).at("residual_penetration_median_m"), 0.0);
+    EXPECT_EQ(summarize(rows).at(Metric::residual_penetration_median_m), 0.0);
     rows[2].residual_penetration = 2e-3;
     rows[2].pairs = 1;
     const auto figures = summarize(rows);
-    EXPECT_EQ(figures.at("residual_penetration_median_m"), 2e-3);
-    EXPECT_EQ(figures.at("residual_penetration_final_m"), 0.0);
+    EXPECT_EQ(figures.at(Metric::residual_penetration_median_m), 2e-3);
+    EXPECT_EQ(figures.at(Metric::residual_penetration_final_m), 0.0);
 }
 
 TEST(Summary, TimeOfAReplayedTickIsTheDetectorsAlone) {
     std::vector<StepRow> rows;
     for (int i = 0; i < 20; ++i) rows.push_back(row_of(0));
-    EXPECT_EQ(summarize(rows).at("total_median_ns"), 107.0) << "move + update + detect + derive";
-    EXPECT_EQ(summarize(rows, {.mode = "replay"}).at("total_median_ns"), 102.0) << "update + detect";
+    EXPECT_EQ(summarize(rows).at(Metric::total_median_ns), 107.0) << "move + update + detect + derive";
+    EXPECT_EQ(summarize(rows, {.mode = "replay"}).at(Metric::total_median_ns), 102.0) << "update + detect";
 }
 
 TEST(Summary, MissesAndBurstsAreTicksAboveAMillisecond) {
@@ -142,11 +150,11 @@ TEST(Summary, MissesAndBurstsAreTicksAboveAMillisecond) {
         if (timed == 5 || timed == 6 || timed == 7 || timed == 20) rows.back().stage_ns[2] = 1'000'000;
     }
     const auto figures = summarize(rows);
-    EXPECT_EQ(figures.at("timed_ticks"), 30.0);
-    EXPECT_EQ(figures.at("deadline_misses"), 4.0);
-    EXPECT_EQ(figures.at("longest_burst"), 3.0);
+    EXPECT_EQ(figures.at(Metric::timed_ticks), 30.0);
+    EXPECT_EQ(figures.at(Metric::deadline_misses), 4.0);
+    EXPECT_EQ(figures.at(Metric::longest_burst), 3.0);
     // 26 of 30 take 107 ns; rank 0.9 * 29 = 26.1 lies among the late ones.
-    EXPECT_EQ(figures.at("total_p90_ns"), 1'000'007.0);
+    EXPECT_EQ(figures.at(Metric::total_p90_ns), 1'000'007.0);
 }
 
 /// A depth in mm on every `stride`-th tick.
@@ -167,31 +175,31 @@ std::vector<StepRow> depths(const std::vector<double>& mm, std::int64_t stride =
 TEST(Summary, TicksToClearCountFromTheFirstDepthToTheFirstClearTick) {
     // Two spells above 0.1 mm: ticks 1 to 3 (cleared at 4), 6 to 7 (cleared at 8).
     const auto figures = summarize(depths({0, 0.5, 2, 0.2, 0.1, 0.05, 0.3, 0.2, 0, 0}));
-    EXPECT_EQ(figures.at("ticks_to_clear_max"), 3.0);
-    EXPECT_EQ(figures.at("ticks_to_clear_median"), 2.5);
-    EXPECT_EQ(figures.at("re_penetrations"), 1.0);
-    EXPECT_EQ(figures.at("uncleared"), 0.0);
+    EXPECT_EQ(figures.at(Metric::ticks_to_clear_max), 3.0);
+    EXPECT_EQ(figures.at(Metric::ticks_to_clear_median), 2.5);
+    EXPECT_EQ(figures.at(Metric::re_penetrations), 1.0);
+    EXPECT_EQ(figures.at(Metric::uncleared), 0.0);
     // The same depths on every 8th tick last eight times as long.
-    EXPECT_EQ(summarize(depths({0, 0.5, 2, 0.2, 0.1, 0.05, 0.3, 0.2, 0, 0}, 8)).at("ticks_to_clear_max"), 24.0);
+    EXPECT_EQ(summarize(depths({0, 0.5, 2, 0.2, 0.1, 0.05, 0.3, 0.2, 0, 0}, 8)).at(Metric::ticks_to_clear_max), 24.0);
 }
 
 TEST(Summary, DepthThatStaysIsNotCleared) {
     const auto figures = summarize(depths({0, 0, 0.5, 0.5, 0.2}));
-    EXPECT_EQ(figures.at("uncleared"), 1.0);
-    EXPECT_TRUE(std::isnan(figures.at("ticks_to_clear_max"))) << "no spell ended";
-    EXPECT_EQ(figures.at("re_penetrations"), 0.0);
-    EXPECT_EQ(summarize(depths({0, 0.09, 0.1, 0})).at("uncleared"), 0.0) << "never above a tenth";
+    EXPECT_EQ(figures.at(Metric::uncleared), 1.0);
+    EXPECT_TRUE(std::isnan(figures.at(Metric::ticks_to_clear_max))) << "no spell ended";
+    EXPECT_EQ(figures.at(Metric::re_penetrations), 0.0);
+    EXPECT_EQ(summarize(depths({0, 0.09, 0.1, 0})).at(Metric::uncleared), 0.0) << "never above a tenth";
 }
 
 TEST(Summary, SettledResidualStartsTwoHundredMillisecondsAfterTheMotion) {
     std::vector<double> mm(400, 0.0);
     mm[250] = 3.0;  // too early to count: the motion ends at 100 ms
     mm[350] = 0.4;
-    EXPECT_DOUBLE_EQ(summarize(depths(mm), {.motion_end = 0.1}).at("residual_penetration_settled_m"), 0.4e-3);
-    EXPECT_DOUBLE_EQ(summarize(depths(mm), {.motion_end = 0.04}).at("residual_penetration_settled_m"), 3.0e-3);
-    EXPECT_TRUE(std::isnan(summarize(depths(mm), {.motion_end = 0.3}).at("residual_penetration_settled_m")))
+    EXPECT_DOUBLE_EQ(summarize(depths(mm), {.motion_end = 0.1}).at(Metric::residual_penetration_settled_m), 0.4e-3);
+    EXPECT_DOUBLE_EQ(summarize(depths(mm), {.motion_end = 0.04}).at(Metric::residual_penetration_settled_m), 3.0e-3);
+    EXPECT_TRUE(std::isnan(summarize(depths(mm), {.motion_end = 0.3}).at(Metric::residual_penetration_settled_m)))
         << "run too short";
-    EXPECT_TRUE(std::isnan(summarize(depths(mm)).at("residual_penetration_settled_m"))) << "nothing moves";
+    EXPECT_TRUE(std::isnan(summarize(depths(mm)).at(Metric::residual_penetration_settled_m))) << "nothing moves";
 }
 
 TEST(Summary, FlipsAreTurnsByMoreThanARightAngle) {
@@ -201,7 +209,7 @@ TEST(Summary, FlipsAreTurnsByMoreThanARightAngle) {
     rows[2].tool_force = Vector3(5, -2, 0);  // 5 - 10 < 0
     rows[3].tool_force = Vector3(0, -1, 0);
     rows[4].tool_force = Vector3(0, 1, 0);
-    EXPECT_EQ(summarize(rows).at("force_flips"), 2.0);
+    EXPECT_EQ(summarize(rows).at(Metric::force_flips), 2.0);
 }
 
 TEST(Summary, GeometryFiguresFollowTheirDefinitions) {
@@ -247,12 +255,12 @@ TEST(Summary, GeometryFiguresFollowTheirDefinitions) {
                                                  {"wrong_side_max", 7.0},
                                                  {"wrong_side_last", 6.0}};
     const auto figures = summarize(rows);
-    for (const auto& [name, value] : expected) EXPECT_EQ(figures.at(name), value) << name;
+    for (const auto& [name, value] : expected) EXPECT_EQ(figures.at(metric_of(name)), value) << name;
 }
 
 TEST(Summary, CountsAreSummedAndLoadsAreAtTheirLargest) {
     std::vector<StepRow> rows(3);
-    EXPECT_TRUE(std::isnan(summarize(rows).at("passed_through"))) << "nobody was asked";
+    EXPECT_TRUE(std::isnan(summarize(rows).at(Metric::passed_through))) << "nobody was asked";
     const std::array<std::int64_t, 3> few{1, 0, 2};
     for (std::size_t i = 0; i < 3; ++i) {
         rows[i].ruptures = few.at(i);
@@ -293,8 +301,8 @@ TEST(Summary, CountsAreSummedAndLoadsAreAtTheirLargest) {
                                                  {"device_force_jump_max_n", 1.0},
                                                  {"tool_moment_max_nm", 5.0}};
     const auto figures = summarize(rows);
-    for (const auto& [name, value] : expected) EXPECT_DOUBLE_EQ(figures.at(name), value) << name;
-    EXPECT_DOUBLE_EQ(figures.at("device_force_max_n"), std::sqrt(101.0));
+    for (const auto& [name, value] : expected) EXPECT_DOUBLE_EQ(figures.at(metric_of(name)), value) << name;
+    EXPECT_DOUBLE_EQ(figures.at(Metric::device_force_max_n), std::sqrt(101.0));
 }
 
 TEST(FastPart, TwoTonesAreDistinguished) {

@@ -37,7 +37,7 @@ Record sample() {
     record.outcome = {OutcomeKind::unstable, "blew up at tick 219"};
     record.frames_hash = "0123456789abcdef";
     record.state_hash = "fedcba9876543210";
-    record.summary = {{"recall", 1.0 / 3.0}, {"force_error_rms_n", std::nan("")}};
+    record.summary = {{Metric::recall, 1.0 / 3.0}, {Metric::force_error_rms_hard, std::nan("")}};
     for (int i = 0; i < 3; ++i) {
         StepRow row;
         row.tick = i;
@@ -79,8 +79,8 @@ TEST(RecordLine, ReadsBackBitForBit) {
     EXPECT_EQ(back.outcome.kind, OutcomeKind::unstable);
     EXPECT_EQ(back.outcome.message, record.outcome.message);
     EXPECT_EQ(back.state_hash, record.state_hash);
-    expect_same_bits(back.summary.at("recall"), 1.0 / 3.0);
-    EXPECT_TRUE(std::isnan(back.summary.at("force_error_rms_n")));
+    expect_same_bits(back.summary.at(Metric::recall), 1.0 / 3.0);
+    EXPECT_TRUE(std::isnan(back.summary.at(Metric::force_error_rms_hard)));
     ASSERT_EQ(back.rows.size(), 3U);
     for (std::size_t i = 0; i < 3; ++i) {
         const StepRow& a = record.rows[i];

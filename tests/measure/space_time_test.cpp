@@ -71,9 +71,9 @@ TEST(SpaceTime, PlateThroughASheetWithinATickIsAMissForWhoSearchesAtFrames) {
     EXPECT_NEAR(event.end, 0.475 * dt, 1e-12);
     EXPECT_TRUE(event.missed());
     const auto figures = summarize(events.events());
-    EXPECT_EQ(figures.at("contact_events"), 1.0);
-    EXPECT_EQ(figures.at("contact_events_missed"), 1.0);
-    EXPECT_TRUE(std::isnan(figures.at("onset_latency_max_s")));
+    EXPECT_EQ(figures.at(Metric::contact_events), 1.0);
+    EXPECT_EQ(figures.at(Metric::contact_events_missed), 1.0);
+    EXPECT_TRUE(std::isnan(figures.at(Metric::onset_latency_max_s)));
 }
 
 TEST(SpaceTime, SlowPlateIsSeenAndItsOnsetLatencyIsKnown) {
@@ -94,7 +94,7 @@ TEST(SpaceTime, SlowPlateIsSeenAndItsOnsetLatencyIsKnown) {
     EXPECT_NEAR(event.begin, 2.25 * dt, 1e-12);
     EXPECT_NEAR(event.end, 4.75 * dt, 1e-12);
     EXPECT_NEAR(event.seen, 3.0 * dt, 1e-15);
-    EXPECT_NEAR(summarize(events.events()).at("onset_latency_max_s"), 0.75 * dt, 1e-12);
+    EXPECT_NEAR(summarize(events.events()).at(Metric::onset_latency_max_s), 0.75 * dt, 1e-12);
 }
 
 TEST(SpaceTime, ContactThatLastsToTheEndOfTheRunHasNoEnd) {

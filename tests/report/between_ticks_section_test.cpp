@@ -23,10 +23,10 @@ Record replay(const std::string& detector, int missed) {
         if (k >= missed) event.seen = 0.01 * k + 0.001;
         record.events.push_back(event);
     }
-    record.summary["contact_events"] = 4.0;
-    record.summary["contact_events_missed"] = missed;
-    record.summary["onset_latency_median_s"] = 0.00025;
-    record.summary["onset_latency_max_s"] = 0.0009;
+    record.summary[Metric::contact_events] = 4.0;
+    record.summary[Metric::contact_events_missed] = missed;
+    record.summary[Metric::onset_latency_median_s] = 0.00025;
+    record.summary[Metric::onset_latency_max_s] = 0.0009;
     return record;
 }
 
@@ -42,7 +42,7 @@ TEST(BetweenTicksSection, ReportsTheShareMissedBesideTheChanceOfOneLookPerTick) 
 
 TEST(BetweenTicksSection, WhoMissesContactsBetweenFramesDoesNotComeFirstForBeingFast) {
     Record fast = replay("searches", 3);
-    fast.summary["total_median_ns"] = 1.0;
+    fast.summary[Metric::total_median_ns] = 1.0;
     const Report report = make_report({fast, replay("follows", 0)});
     const std::string& page = test::whole(report);
     test::expect_holds(page,

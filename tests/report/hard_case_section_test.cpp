@@ -17,8 +17,10 @@ Record hard_case(const std::string& name, const std::string& detector, OutcomeKi
     record.spec.mode = "hard_case";
     record.rows.clear();
     record.outcome = {kind, ""};
-    record.summary = {
-        {"true_pairs", 2.0}, {"judged_ticks", 1.0}, {"false_negatives", missing}, {"false_positives", extra}};
+    record.summary = {{Metric::true_pairs, 2.0},
+                      {Metric::judged_ticks, 1.0},
+                      {Metric::false_negatives, missing},
+                      {Metric::false_positives, extra}};
     record.environment["case.of"] = "made up";
     record.environment["case.reason"] = "because";
     record.environment["case.outcome"] = "ok";
@@ -61,7 +63,7 @@ TEST(HardCaseSection, ABrokenBoundIsReportedWithItsFigure) {
     const double left[] = {1e-4, 2.5e-4, std::nan("")};
     for (std::size_t k = 0; k < 3; ++k) {
         records[k].spec.response = "r" + std::to_string(k);
-        records[k].summary["residual_penetration_max_m"] = left[k];
+        records[k].summary[Metric::residual_penetration_max_m] = left[k];
         records[k].environment["case.at_most.residual_penetration_max_m"] = "0.0001";
     }
     const std::string page = page_of(records);
@@ -110,7 +112,7 @@ TEST(HardCaseSection, EveryTableStandsUnderItsNameWithTheCasesThatAreItsOwn) {
     Record family = hard_case("pairs.txt", "a");
     family.environment.erase("case.of");
     family.environment.erase("case.expected");
-    family.summary["judged_ticks"] = 5.0;
+    family.summary[Metric::judged_ticks] = 5.0;
     Record moving = hard_case("stab", "a");
     moving.spec.response = "r";
     const std::string page = page_of({hard_case("one", "a"), family, moving});
@@ -134,7 +136,7 @@ Record metamorphic(const std::string& detector, const std::string& response, std
     record.spec.response = response;
     record.spec.repetition = repetition;
     record.state_hash = hash;
-    record.summary = {{"metamorphic_pairs", 50.0}};
+    record.summary = {{Metric::metamorphic_pairs, 50.0}};
     return record;
 }
 
@@ -142,21 +144,21 @@ TEST(MetamorphicSection, ReportsYesHowFarOffAndNotApplicable) {
     std::vector<Record> records;
     for (const std::int64_t repetition : {0, 1}) {
         Record good = metamorphic("good", "", repetition, "aa");
-        good.summary["metamorphic_twice_pairs"] = 0.0;
+        good.summary[Metric::metamorphic_twice_pairs] = 0.0;
         Record bad = metamorphic("bad", "", repetition, repetition == 0 ? "aa" : "bb");
-        bad.summary["metamorphic_twice_pairs"] = 3.0;
+        bad.summary[Metric::metamorphic_twice_pairs] = 3.0;
         Record near = metamorphic("good", "proximity", repetition, "cc");
-        near.summary["metamorphic_twice_m"] = 2e-12;
-        near.summary["metamorphic_twice_n"] = 3e-10;
+        near.summary[Metric::metamorphic_twice_m] = 2e-12;
+        near.summary[Metric::metamorphic_twice_n] = 3e-10;
         Record far = metamorphic("good", "wide", repetition, "dd");
-        far.summary["metamorphic_twice_m"] = 2e-3;
-        far.summary["metamorphic_twice_n"] = 0.5;
+        far.summary[Metric::metamorphic_twice_m] = 2e-3;
+        far.summary[Metric::metamorphic_twice_n] = 0.5;
         Record farther = metamorphic("good", "farther", repetition, "ee");
-        farther.summary["metamorphic_twice_m"] = 1.5e-9;
-        farther.summary["metamorphic_twice_n"] = 0.5e-6;
+        farther.summary[Metric::metamorphic_twice_m] = 1.5e-9;
+        farther.summary[Metric::metamorphic_twice_n] = 0.5e-6;
         Record stronger = metamorphic("good", "stronger", repetition, "ff");
-        stronger.summary["metamorphic_twice_m"] = 0.5e-9;
-        stronger.summary["metamorphic_twice_n"] = 1.5e-6;
+        stronger.summary[Metric::metamorphic_twice_m] = 0.5e-9;
+        stronger.summary[Metric::metamorphic_twice_n] = 1.5e-6;
         records.insert(records.end(), {good, bad, near, far, farther, stronger});
     }
     const std::string page = page_of(records);

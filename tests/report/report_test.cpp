@@ -70,46 +70,46 @@ TEST(RunFigures, QuantilesLeaveTheWarmUpOut) {
     // Tick i takes i µs: after 10 ticks of warm-up the times are 10, 11 ... 1109 µs.
     const Record record = synthetic({.first_tick_us = 0, .step_us = 1});
     const RunFigures figures = figures_of(record);
-    EXPECT_EQ(figures.timed_ticks, 1100.0);
-    EXPECT_DOUBLE_EQ(figures.total_median_ns, 559.5e3);
-    EXPECT_NEAR(figures.total_p99_ns, (10.0 + 0.99 * 1099.0) * 1e3, 1e-6);
-    EXPECT_EQ(figures.total_max_ns, 1109e3);
-    EXPECT_EQ(figures.deadline_misses, 109.0) << "1001 to 1109 µs";
-    EXPECT_EQ(figures.longest_burst, 109.0);
-    EXPECT_EQ(figures.force_flips, 1109.0);
+    EXPECT_EQ(figures[Metric::timed_ticks], 1100.0);
+    EXPECT_DOUBLE_EQ(figures[Metric::total_median_ns], 559.5e3);
+    EXPECT_NEAR(figures[Metric::total_p99_ns], (10.0 + 0.99 * 1099.0) * 1e3, 1e-6);
+    EXPECT_EQ(figures[Metric::total_max_ns], 1109e3);
+    EXPECT_EQ(figures[Metric::deadline_misses], 109.0) << "1001 to 1109 µs";
+    EXPECT_EQ(figures[Metric::longest_burst], 109.0);
+    EXPECT_EQ(figures[Metric::force_flips], 1109.0);
 }
 
 TEST(RunFigures, TooFewTicksHaveNoP99) {
     const Record record = synthetic({.ticks = 1009});
-    EXPECT_TRUE(std::isnan(figures_of(record).total_p99_ns));
-    EXPECT_FALSE(std::isnan(figures_of(synthetic({.ticks = 1010})).total_p99_ns));
+    EXPECT_TRUE(std::isnan(figures_of(record)[Metric::total_p99_ns]));
+    EXPECT_FALSE(std::isnan(figures_of(synthetic({.ticks = 1010}))[Metric::total_p99_ns]));
 }
 
 TEST(RunFigures, ReplayCountsOnlyTheDetectorsStages) {
     Record record = synthetic({.mode = "replay", .first_tick_us = 70});
     for (StepRow& row : record.rows) row.stage_ns.at(static_cast<std::size_t>(Stage::contacts)) = 5'000'000;
     record.summary = summarize(record.rows, {.mode = record.spec.mode});
-    EXPECT_EQ(figures_of(record).total_median_ns, 70e3);
+    EXPECT_EQ(figures_of(record)[Metric::total_median_ns], 70e3);
     record.summary = summarize(record.rows);
-    EXPECT_EQ(figures_of(record).total_median_ns, 5070e3);
+    EXPECT_EQ(figures_of(record)[Metric::total_median_ns], 5070e3);
 }
 
 TEST(RunFigures, EveryStageHasItsMedianAndItsTailAndTheStageSplitIsTheirMeanOverTheScenes) {
     std::vector<Record> records{synthetic({.scene = "drag", .ticks = 20}), synthetic({.scene = "poke", .ticks = 20})};
     for (std::size_t s = 0; s < stage_count; ++s) {
         const double ns = 1000.0 * static_cast<double>(s + 1);
-        records[0].summary[std::string(stage_names.at(s)) + "_median_ns"] = ns;
-        records[1].summary[std::string(stage_names.at(s)) + "_median_ns"] = 3.0 * ns;
-        records[0].summary[std::string(stage_names.at(s)) + "_p99_ns"] = 7.0 * ns;
+        records[0].summary[stage_median(s)] = ns;
+        records[1].summary[stage_median(s)] = 3.0 * ns;
+        records[0].summary[stage_p99(s)] = 7.0 * ns;
     }
     const RunFigures figures = figures_of(records[0]);
     for (std::size_t s = 0; s < stage_count; ++s) {
-        EXPECT_EQ(figures.stage_p50.at(s), 1000.0 * static_cast<double>(s + 1)) << stage_names.at(s);
-        EXPECT_EQ(figures.stage_p99.at(s), 7000.0 * static_cast<double>(s + 1)) << stage_names.at(s);
+        EXPECT_EQ(figures[stage_median(s)], 1000.0 * static_cast<double>(s + 1)) << stage_names.at(s);
+        EXPECT_EQ(figures[stage_p99(s)], 7000.0 * static_cast<double>(s + 1)) << stage_names.at(s);
     }
     test::expect_holds(test::whole(make_report(records)),
                        {"| `mine + push (intersection)` | 2 | 2.00 | 4.00 | 6.00 | 8.00 | 10.0 | 12.0 | 42.0 |"});
-    EXPECT_TRUE(std::isnan(figures_of(synthetic({.ticks = 20})).stage_p50.at(0))) << "these rows have no such stage";
+    EXPECT_TRUE(std::isnan(figures_of(synthetic({.ticks = 20}))[stage_median(0)])) << "these rows have no such stage";
 }
 
 TEST(Processes, FewAreReportedByMinimumAndMaximum) {
@@ -198,7 +198,7 @@ TEST(Verdict, RowsOfOneStateUnderOtherForcesAreTwo) {
         return verdict_table(verdict_of(results), "", 1.0).rows.size();
     };
     EXPECT_EQ(printed(), 1U);
-    records[1].summary["force_max_n"] = 2.0;  // where scripts drive all bodies a state knows nothing of forces
+    records[1].summary[Metric::force_max_n] = 2.0;  // where scripts drive all bodies a state knows nothing of forces
     EXPECT_EQ(printed(), 2U);
 }
 
@@ -207,20 +207,20 @@ TEST(Results, AnUnjudgedRunIsReportedWithWhatTruthSaysOfTheSameMotion) {
                                 synthetic({.detector = "astray", .residual_mm = 0.7, .state_hash = "b"})};
     for (std::size_t i : {1U, 2U}) {
         records[i].spec.truth_stride = 0;
-        for (const char* judged : {"residual_penetration_max_m", "residual_penetration_median_m", "false_negatives",
-                                   "true_pairs", "false_positives"}) {
+        for (const Metric judged : {Metric::residual_penetration_max_m, Metric::residual_penetration_median_m,
+                                    Metric::false_negatives, Metric::true_pairs, Metric::false_positives}) {
             records[i].summary[judged] = not_known;
         }
     }
     const Results results(records);
     const auto left = [&results](const char* detector) {
         return results.find({"closed_loop", detector, "push", "intersection"}, "poke")
-            ->first(&RunFigures::residual_penetration_max_m);
+            ->first(Metric::residual_penetration_max_m);
     };
     EXPECT_DOUBLE_EQ(left("fast"), 0.7e-3);
     EXPECT_TRUE(std::isnan(left("astray"))) << "moved otherwise: nobody has judged that";
     const SceneResult* fast = results.find({"closed_loop", "fast", "push", "intersection"}, "poke");
-    EXPECT_TRUE(std::isnan(fast->first(&RunFigures::false_negatives))) << "pairs are its own";
+    EXPECT_TRUE(std::isnan(fast->first(Metric::false_negatives))) << "pairs are its own";
 }
 
 /// mine is exact; theirs misses half of the pairs and is 2 mm deeper with 3 N more; twin moves as mine does.
@@ -230,9 +230,9 @@ std::vector<Record> detectors_of_one_response() {
         synthetic({.detector = "theirs", .own = false, .residual_mm = 2.5, .false_negatives = 2, .state_hash = "bb"}),
         synthetic({.detector = "twin", .own = false, .residual_mm = 0.5})};
     records[0].environment["detector.claims_exact"] = "yes";
-    records[1].summary["force_max_n"] = 4.0;
-    records[1].summary["true_proximity_pairs"] = 20.0;
-    records[1].summary["proximity_false_negatives"] = 7.0;
+    records[1].summary[Metric::force_max_n] = 4.0;
+    records[1].summary[Metric::true_proximity_pairs] = 20.0;
+    records[1].summary[Metric::proximity_false_negatives] = 7.0;
     return records;
 }
 
@@ -292,9 +292,9 @@ TEST(Verdict, NumbersAreThoseOfTheRecords) {
 TEST(Verdict, TearsAreCountedInAColumnOfTheirOwnAndExcuseNoDepth) {
     std::vector<Record> records{synthetic({.scene = "stab", .residual_mm = 0.5}),
                                 synthetic({.scene = "drag", .residual_mm = 2.0})};
-    for (Record& record : records) record.summary["reference_clears_hard"] = 0.0;
-    records[0].summary["ruptures"] = 1;
-    records[1].summary["ruptures"] = 2;
+    for (Record& record : records) record.summary[Metric::reference_clears_hard] = 0.0;
+    records[0].summary[Metric::ruptures] = 1;
+    records[1].summary[Metric::ruptures] = 2;
     const Verdict verdict = verdict_of(Results(records));
     EXPECT_NEAR(verdict.rows.front().residual_penetration_max_m, 2e-3, 1e-12);
     const Table table = verdict_table(verdict, "", 1.0);
@@ -361,8 +361,8 @@ TEST(Verdict, AContactAsSoftAsItsSceneAsksIsNoError) {
     std::vector<Record> records{
         synthetic({.scene = "cross", .pair_class = "I2I", .residual_mm = 0.8}),
         synthetic({.scene = "cross", .pair_class = "I2I", .response = "stiff", .residual_mm = 0.1, .state_hash = "b"})};
-    records[0].summary["position_error_worst_equal_k"] = 0.2e-3;
-    records[1].summary["position_error_worst_equal_k"] = 2.0e-3;
+    records[0].summary[Metric::position_error_worst_equal_k] = 0.2e-3;
+    records[1].summary[Metric::position_error_worst_equal_k] = 2.0e-3;
     const Verdict verdict = verdict_of(Results(records));
     const auto soft = std::find_if(verdict.rows.begin(), verdict.rows.end(),
                                    [](const VerdictRow& row) { return row.method.response == "push"; });
@@ -578,8 +578,8 @@ TEST(Report, TableTwoOneHasNumbersWhereAResponseStandsForARowAndNotMeasuredElsew
         record->summary = summarize(record->rows);
         records.push_back(*record);
     }
-    records.back().summary["ruptures"] = 1;
-    records.back().summary["reference_clears_hard"] = 0;
+    records.back().summary[Metric::ruptures] = 1;
+    records.back().summary[Metric::reference_clears_hard] = 0;
     test::expect_holds(test::whole(make_report(records)),
                        {"| B. Mirtich et al | Impulse based | Y / N / N | `bounce` (intersection) | 3 of 4 | "
                         "4 | 7.00 | 107 | 0 of 3300 | 1.25 | 9.00 |",
@@ -619,10 +619,10 @@ TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreReportedOnce) 
     const auto run = [](const std::string& detector, const std::string& response, const std::string& hash,
                         double settled, double ruptures) {
         Record record = synthetic({.detector = detector, .response = response, .residual_mm = 4.0, .state_hash = hash});
-        record.summary["residual_penetration_settled_m"] = settled;
-        record.summary["ruptures"] = ruptures;
-        record.summary["reference_clears_hard"] = 0.0;
-        record.summary["substeps"] = 16.0;
+        record.summary[Metric::residual_penetration_settled_m] = settled;
+        record.summary[Metric::ruptures] = ruptures;
+        record.summary[Metric::reference_clears_hard] = 0.0;
+        record.summary[Metric::substeps] = 16.0;
         return record;
     };
     const std::vector<Record> records{
@@ -644,8 +644,8 @@ TEST(Report, ABlindDetectorSaysNothingOfWhatAResponseClears) {
     std::vector<Record> records{synthetic({.residual_mm = 4.0, .state_hash = "a1"}),
                                 synthetic({.detector = "blind", .residual_mm = 9.0, .state_hash = "b1"})};
     for (Record& record : records) {
-        record.summary["reference_clears_hard"] = 1.0;
-        record.summary["residual_penetration_settled_m"] = record.spec.detector == "blind" ? 9.0e-3 : 0.0;
+        record.summary[Metric::reference_clears_hard] = 1.0;
+        record.summary[Metric::residual_penetration_settled_m] = record.spec.detector == "blind" ? 9.0e-3 : 0.0;
     }
     const auto row = [&records] {
         const std::string markdown = test::whole(make_report(records));
@@ -723,8 +723,8 @@ TEST(Report, ForceErrorsAreRankedBeyondTheBoundOfTheReferenceOnly) {
         for (std::size_t i = 0; i < records.size(); ++i) {
             records[i].environment["reference.hard"] = "order in step 1.0; bound 0.02 N RMS";
             records[i].environment["reference.equal_k"] = "no reference (for a test)";
-            records[i].summary["force_error_rms_hard"] = errors.at(i);
-            records[i].summary["force_bound_hard"] = 0.02;
+            records[i].summary[Metric::force_error_rms_hard] = errors.at(i);
+            records[i].summary[Metric::force_bound_hard] = 0.02;
         }
         return make_report(records);
     };
@@ -751,8 +751,8 @@ TEST(Report, EveryStiffnessIsHeldAgainstTheReferenceOfItsOwn) {
         const bool fine = records[i].spec.point == "50";
         records[i].environment["reference.hard"] = "bound 9 N";
         records[i].environment["reference.equal_k"] = fine ? "bound 0.01 N RMS" : "bound 0.04 N RMS";
-        records[i].summary["force_error_rms_equal_k"] = errors.at(i);
-        records[i].summary["force_bound_equal_k"] = fine ? 0.01 : 0.04;
+        records[i].summary[Metric::force_error_rms_equal_k] = errors.at(i);
+        records[i].summary[Metric::force_bound_equal_k] = fine ? 0.01 : 0.04;
     }
     const Report reported = make_report(records);
     const std::string& markdown = test::whole(reported);
@@ -766,8 +766,8 @@ TEST(Report, EveryStiffnessIsHeldAgainstTheReferenceOfItsOwn) {
 
     // A point without one keeps the place of the others.
     records[0].environment["reference.equal_k"] = "no reference (none is stored for k = 50 N/m)";
-    records[0].summary["force_error_rms_equal_k"] = not_known;
-    records[0].summary["force_bound_equal_k"] = not_known;
+    records[0].summary[Metric::force_error_rms_equal_k] = not_known;
+    records[0].summary[Metric::force_bound_equal_k] = not_known;
     const Report partly = make_report(records);
     test::expect_holds(test::whole(partly), {"Equal k at 50 N/m: no reference (none is stored for k = 50 N/m).",
                                              "| `mine + soft` | 50 N/m | n/a | 100 | 2.00 | n/a / n/a | ok |"});
@@ -802,7 +802,7 @@ TEST(Report, KnobsThatAreTurnedAreNoNoise) {
     // The same point in two processes is one: 100 and 150 µs.
     Record again = records.front();
     again.spec.repetition = 1;
-    again.summary.at("total_median_ns") *= 1.5;
+    again.summary.at(Metric::total_median_ns) *= 1.5;
     records.push_back(again);
     EXPECT_DOUBLE_EQ(Results(records).noise_floor(), 1.5);
     EXPECT_TRUE(Results(records).methods("work_precision").empty());
@@ -815,7 +815,7 @@ TEST(Report, NoiseIsTheRatioThatNineteenOfTwentyPairsOfProcessesStayBelow) {
     for (int i = 0; i <= 20; ++i) {
         for (int process = 0; process < 2; ++process) {
             records.push_back(synthetic({.scene = "scene" + std::to_string(i), .repetition = process, .ticks = 20}));
-            records.back().summary["total_median_ns"] = 1e5 * std::exp(process == 0 ? 0.01 * i : 0.0);
+            records.back().summary[Metric::total_median_ns] = 1e5 * std::exp(process == 0 ? 0.01 * i : 0.0);
         }
     }
     EXPECT_NEAR(Results(records).noise_floor(), std::exp(0.19), 1e-12);
@@ -851,17 +851,17 @@ TEST(Report, AWinnerThatHangsOnOneSceneIsReportedAsSuch) {
 
 TEST(Report, PacedLoopStandsBesideTheEmptyOne) {
     Record record = synthetic({.mode = "paced"});
-    record.summary.merge(std::map<std::string, double>{{"substeps", 4},
-                                                       {"paced_median_ns", 110e3},
-                                                       {"paced_p99_ns", 400e3},
-                                                       {"paced_p999_ns", not_known},
-                                                       {"paced_max_ns", 1.5e6},
-                                                       {"paced_misses", 3},
-                                                       {"paced_burst", 2},
-                                                       {"empty_median_ns", 1e3},
-                                                       {"empty_p99_ns", 4e3},
-                                                       {"empty_max_ns", 90e3},
-                                                       {"empty_misses", 0}});
+    record.summary.merge(Summary{{Metric::substeps, 4},
+                                 {Metric::paced_median_ns, 110e3},
+                                 {Metric::paced_p99_ns, 400e3},
+                                 {Metric::paced_p999_ns, not_known},
+                                 {Metric::paced_max_ns, 1.5e6},
+                                 {Metric::paced_misses, 3},
+                                 {Metric::paced_burst, 2},
+                                 {Metric::empty_median_ns, 1e3},
+                                 {Metric::empty_p99_ns, 4e3},
+                                 {Metric::empty_max_ns, 90e3},
+                                 {Metric::empty_misses, 0}});
     test::expect_holds(test::whole(make_report({record})),
                        {"| poke | `mine + push` | 1100 | 4 | 110 | 400 | n too small | 1500 | 3 of 1100 | 2 "
                         "| 1.00 / 4.00 / 90.0 | 0 of 1100 |"});
@@ -872,9 +872,9 @@ TEST(Report, PacedTicksAreHeldAgainstTheReferenceOnTheSameTicks) {
         Record record = synthetic({.mode = "paced", .detector = detector});
         record.spec.stepper = stepper;
         record.environment["study.reference"] = "theirs";
-        record.summary["total_median_ns"] = total_ns;
-        record.summary["update_median_ns"] = update_ns;
-        record.summary["detect_median_ns"] = 100e3;
+        record.summary[Metric::total_median_ns] = total_ns;
+        record.summary[Metric::update_median_ns] = update_ns;
+        record.summary[Metric::detect_median_ns] = 100e3;
         return record;
     };
     const std::string markdown =
@@ -907,7 +907,7 @@ Record sized(const std::string& scene, int triangles, std::int64_t detect_us, co
     record.spec.stepper = stepper == "semi_implicit" ? "" : stepper;
     record.environment["run.stepper"] = stepper;
     record.environment["run.tissue_triangles"] = std::to_string(triangles);
-    record.summary["substeps"] = 7;
+    record.summary[Metric::substeps] = 7;
     return record;
 }
 
@@ -966,8 +966,8 @@ TEST(Report, DepthErrorOfADetectorIsTheMedianOverScenesAndTheWorstOfAll) {
     for (const auto& [scene, median, worst] :
          {std::tuple{"one", 0.009, 0.011}, std::tuple{"two", 0.001, 0.020}, std::tuple{"three", 0.002, 0.004}}) {
         records.push_back(synthetic({.scene = scene}));
-        records.back().summary["depth_error_median_m"] = median;
-        records.back().summary["depth_error_max_m"] = worst;
+        records.back().summary[Metric::depth_error_median_m] = median;
+        records.back().summary[Metric::depth_error_max_m] = worst;
     }
     const std::string markdown = test::whole(make_report(records));
     EXPECT_NE(markdown.find("| `mine` | 2.00 / 20.0 | n/a |"), std::string::npos) << markdown;
@@ -977,33 +977,33 @@ TEST(Report, ForceErrorsAgainstBothReferencesAreReported) {
     std::vector<Record> records = three_methods();
     EXPECT_NE(test::whole(make_report(records)).find("| no reference |"), std::string::npos);
     for (Record& record : records) {
-        record.summary["force_error_rms_equal_k"] = 0.125;
-        record.summary["force_error_rms_hard"] = 0.5;
+        record.summary[Metric::force_error_rms_equal_k] = 0.125;
+        record.summary[Metric::force_error_rms_hard] = 0.5;
     }
     EXPECT_NE(test::whole(make_report(records)).find("| 0.125 / 0.500 |"), std::string::npos);
     // A reference that knows its force to 0.75 N only cannot report an error of 0.5 N.
-    for (Record& record : records) record.summary["force_bound_hard"] = 0.75;
+    for (Record& record : records) record.summary[Metric::force_bound_hard] = 0.75;
     EXPECT_NE(test::whole(make_report(records)).find("| 0.125 / ≤ 0.750 |"), std::string::npos);
 }
 
 TEST(Report, SettledDepthIsHeldAgainstATenthOfAMillimetre) {
     Record record = synthetic({.residual_mm = 0.05});
-    record.summary["residual_penetration_settled_m"] = 0.05e-3;
+    record.summary[Metric::residual_penetration_settled_m] = 0.05e-3;
     EXPECT_NE(test::whole(make_report({record})).find("| 0.0500 | no reference | 0 | cleared |"), std::string::npos)
         << test::whole(make_report({record}));
-    record.summary["residual_penetration_settled_m"] = 3e-3;
-    record.summary["wrong_side_vertices_last"] = 7;
+    record.summary[Metric::residual_penetration_settled_m] = 3e-3;
+    record.summary[Metric::wrong_side_vertices_last] = 7;
     EXPECT_NE(test::whole(make_report({record})).find("7 vertices stay on the wrong side, no rupture reported"),
               std::string::npos);
-    record.summary["ruptures"] = 1;
+    record.summary[Metric::ruptures] = 1;
     EXPECT_NE(test::whole(make_report({record})).find("| rupture reported |"), std::string::npos);
 }
 
 TEST(Report, SamplesWithoutASideStandBesideTheDepthWhereThereAreAny) {
     Record record = synthetic({.residual_mm = 0.05});
-    record.summary["side_undecided_max"] = 0.0;
+    record.summary[Metric::side_undecided_max] = 0.0;
     EXPECT_EQ(test::whole(make_report({record})).find(" undecided)"), std::string::npos);
-    record.summary["side_undecided_max"] = 12.0;
+    record.summary[Metric::side_undecided_max] = 12.0;
     const std::string report = test::whole(make_report({record}));
     for (std::size_t found = 0, times = 0; times < 3; ++times) {  // verdict, run by run, clearing
         found = report.find("(12 undecided)", found + 1);

@@ -68,9 +68,10 @@ TEST(ResultsCsv, EveryHeaderStandsOnceAndIsAWordThatFiguresCsvExplains) {
             EXPECT_TRUE(unit.contains(header)) << header;
         }
     }
-    for (const SummaryFigure& figure : summary_figures()) {
-        if (!unit.contains(figure.name)) continue;
-        EXPECT_EQ(unit.at(figure.name), figure.unit) << figure.name;
+    for (const MetricInfo& info : metrics()) {
+        const auto found = unit.find(std::string(info.name));
+        if (found == unit.end()) continue;
+        EXPECT_EQ(found->second, info.unit) << info.name;
     }
     EXPECT_EQ(unit.at("residual_penetration_max_m"), "m");
 }
@@ -84,10 +85,8 @@ TEST(ResultsCsv, AFileHoldsOneKindOfRun) {
         for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_EQ(rows[i][column_of(rows, "mode")], mode);
     }
     const auto replay = csv_rows(files.at("results_replay.csv"));
-    std::set<std::string> figures;
-    for (const SummaryFigure& figure : summary_figures()) figures.insert(figure.name);
     for (std::size_t column = 0; column < replay[0].size(); ++column) {
-        if (!figures.contains(replay[0][column])) continue;
+        if (!metric_named(replay[0][column])) continue;
         EXPECT_TRUE(
             std::any_of(replay.begin() + 1, replay.end(), [&](const auto& row) { return !row[column].empty(); }))
             << replay[0][column] << ": no figures of other kinds";
@@ -117,7 +116,8 @@ TEST(ResultsCsv, NumbersReadBackAsTheRecordsHaveThem) {
     const std::vector<Record> records = mixed_records();
     const auto rows = csv_rows(csv_files(records).at("results.csv"));
     int numbers = 0;
-    for (const auto& [name, value] : records[0].summary) {
+    for (const auto& [metric, value] : records[0].summary) {
+        const std::string name(info_of(metric).name);
         const auto found = std::find(rows[0].begin(), rows[0].end(), name);
         if (std::isnan(value)) {
             const bool empty = found == rows[0].end() || rows[1][column_of(rows, name)].empty();
@@ -146,7 +146,7 @@ cat(sprintf("%.17g", runs$residual_penetration_max_m[1]))
     ASSERT_EQ(std::system(("cd " + folder.path().string() + " && Rscript read.R >out 2>err").c_str()), 0)
         << test::read_file(folder.path() / "err");
     EXPECT_EQ(std::stod(test::read_file(folder.path() / "out")),
-              mixed_records()[0].summary.at("residual_penetration_max_m"));
+              mixed_records()[0].summary.at(Metric::residual_penetration_max_m));
 }
 
 TEST(ResultsCsv, PandasOpensThemAsTheyStand) {

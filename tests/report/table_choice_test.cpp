@@ -61,7 +61,7 @@ TEST(TableChoice, RowsStandInTheOrderAskedForElseByTheColumnsShown) {
     for (Record& record : list) {
         const bool poke = record.spec.scene == "poke";
         const bool ours = record.spec.response == "unilateral";
-        record.summary["residual_penetration_max_m"] =
+        record.summary[Metric::residual_penetration_max_m] =
             poke && ours ? std::nan("") : (poke ? 1.0 : 2.0) + (ours ? 0.5 : 0.0);
     }
     const std::vector<std::string> columns{"scene", "response"};
@@ -102,10 +102,10 @@ TEST(TableChoice, NumbersAreThoseOfTheRecordsInTheUnitThatIsNamed) {
                                   "residual_penetration_max_m:um", "total_median_ns:ms", "ticks_planned"},
                                  {}});
     const Record record = records()[0];
-    EXPECT_EQ(table.rows[0][0].number, record.summary.at("residual_penetration_max_m"));
+    EXPECT_EQ(table.rows[0][0].number, record.summary.at(Metric::residual_penetration_max_m));
     EXPECT_EQ(table.rows[0][1].number, 0.25);
     EXPECT_NEAR(table.rows[0][2].number, 250.0, 1e-9);
-    EXPECT_NEAR(table.rows[0][3].number, 1e-6 * record.summary.at("total_median_ns"), 1e-15);
+    EXPECT_NEAR(table.rows[0][3].number, 1e-6 * record.summary.at(Metric::total_median_ns), 1e-15);
     EXPECT_EQ(table.rows[0][4].number, 1110.0);
     EXPECT_EQ(table.columns[1].header, "residual penetration max (mm)");
     EXPECT_EQ(table.columns[1].name, "residual_penetration_max_mm");

@@ -217,7 +217,7 @@ TEST_P(RandomFamily, IsClearOrReportedTornAfterTheLastKey) {
         const Record record = test::run_scene_with(scene, "unilateral", 0, 0, limits);
         ASSERT_TRUE(record.outcome.ok()) << "seed " << seed << ": " << record.outcome.message;
         ASSERT_GT(left.searched(), 20) << "seed " << seed;
-        if (record.summary.at("ruptures") > 0.0) {
+        if (record.summary.at(Metric::ruptures) > 0.0) {
             ++reported;
             continue;
         }

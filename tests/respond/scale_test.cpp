@@ -57,7 +57,7 @@ TEST(SameSceneInAnotherSize, TearsNowhereElseAndHasTheSameForceAndDepth) {
     for (const double s : {0.01, 0.1, 10.0, 100.0}) {
         const Record there = run_in_size(s);
         ASSERT_TRUE(there.outcome.ok()) << "s = " << s << " " << there.outcome.message;
-        EXPECT_EQ(there.summary.at("ruptures"), 0.0) << "s = " << s;
+        EXPECT_EQ(there.summary.at(Metric::ruptures), 0.0) << "s = " << s;
         ASSERT_EQ(there.rows.size(), here.rows.size());
         for (std::size_t i = 0; i < here.rows.size(); ++i) {
             const Vector3 force = there.rows[i].tool_force / std::pow(s, 4);
@@ -107,7 +107,7 @@ TEST(FinerMesh, GapKeepsANeedleThatIsDraggedOverItOutsideAsACoarseOneDoes) {
                 edge);
             const Record record = run_scene_with(scene_from_text(text), "unilateral");
             ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-            EXPECT_EQ(record.summary.at("ruptures"), 0.0) << edge;
+            EXPECT_EQ(record.summary.at(Metric::ruptures), 0.0) << edge;
             for (std::size_t i = 0; i < record.rows.size(); ++i) {
                 EXPECT_LE(record.rows[i].residual_penetration, 1e-4) << "edge " << edge << " tick " << i;
             }

@@ -269,7 +269,7 @@ TEST(StabScenes, GapTearOfAFinerSheetOpensInsteadOfLettingItFlyUpTheNeedle) {
         scene.ticks = 160;
         const Record record = test::run_scene_with(scene, "unilateral", 1);
         ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-        EXPECT_GT(record.summary.at("ruptures"), 0.0);
+        EXPECT_GT(record.summary.at(Metric::ruptures), 0.0);
         double last = 0.0;
         for (const StepRow& row : record.rows) {
             EXPECT_LE(row.residual_penetration - last, 0.0025) << "at " << row.time;

@@ -113,9 +113,9 @@ TEST(UnilateralFold, NeedleDraggedWithItsPointInAPocketIsNotFoldedOver) {
     // The point stays in the bottom of its pocket while the wall ahead is drawn back over the cone: it folds at an edge
     // between the cone's own vertices.
     const Record record = test::run_scene_with(test::scene_from_text(dragged_needle), "unilateral");
-    EXPECT_EQ(record.summary.at("ruptures"), 0.0);
-    EXPECT_LE(record.summary.at("residual_penetration_max_m"), clear_depth);
-    EXPECT_GT(record.summary.at("force_max_n"), 0.3);
+    EXPECT_EQ(record.summary.at(Metric::ruptures), 0.0);
+    EXPECT_LE(record.summary.at(Metric::residual_penetration_max_m), clear_depth);
+    EXPECT_GT(record.summary.at(Metric::force_max_n), 0.3);
 }
 
 /// A shaft pressed 4.8 mm into a sheet, where it then stands still for 0.67 s.
@@ -133,9 +133,9 @@ TEST(UnilateralPress, SheetUnderAToolThatStandsStillComesToRest) {
     // The triangle under the middle of the shaft's end tilts while it slides there. Nothing does work on the tissue any
     // more, and its springs are damped.
     const Record record = test::run_scene_with(test::scene_from_text(resting_shaft), "unilateral");
-    EXPECT_EQ(record.summary.at("ruptures"), 0.0);
-    EXPECT_LE(record.summary.at("residual_penetration_settled_m"), clear_depth);
-    EXPECT_GT(record.summary.at("force_max_n"), 0.3);
+    EXPECT_EQ(record.summary.at(Metric::ruptures), 0.0);
+    EXPECT_LE(record.summary.at(Metric::residual_penetration_settled_m), clear_depth);
+    EXPECT_GT(record.summary.at(Metric::force_max_n), 0.3);
 }
 
 TEST(UnilateralFriction, BarDrawnAlongTheEdgeThatItLiesOnHasFrictionByCoulombsLaw) {

@@ -80,7 +80,7 @@ TEST_P(UnilateralOnShippedScenes, LeavesNoMoreThanATwentiethOfAMillimetreAtAnyTi
     const double peak = hard.force.colwise().norm().maxCoeff();
     const auto known = before.find(GetParam());
     const double limit = std::max({hard.force_bound, 0.01 * peak, known == before.end() ? 0.0 : 1.5 * known->second});
-    const auto stays_within = [&] { EXPECT_LE(record.summary.at("force_error_rms_hard"), limit); };
+    const auto stays_within = [&] { EXPECT_LE(record.summary.at(Metric::force_error_rms_hard), limit); };
     if (GetParam() == "i2t_press_slide") {
         test::expect_known_gap("3.2 mN while it slides, 1.4 % of its peak", stays_within);
     } else {
@@ -169,7 +169,7 @@ TEST(UnilateralOnBone, AToolDrivenThroughAPlateIsReportedToHavePassed) {
            {"time":0.4,"pose":[0.0021,0.0013,-0.08,0,0,0]})");
     const Record record = run_scene_with(scene, "unilateral");
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-    EXPECT_EQ(record.summary.at("passed_through"), 1.0);
+    EXPECT_EQ(record.summary.at(Metric::passed_through), 1.0);
 }
 
 /// Two crossed shafts of 5 mm, one driven by an operator whose target is `force` / 300 N/m below where they touch.
@@ -191,19 +191,19 @@ TEST(UnilateralOfTwoShafts, HoldsThemApartOrReportsThatOneHasPassed) {
     for (const double force : {1.0, 1.5}) {
         const Record record = crossed_shafts(force);
         ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-        EXPECT_EQ(record.summary.at("passed_through"), 0.0) << force;
+        EXPECT_EQ(record.summary.at(Metric::passed_through), 0.0) << force;
         EXPECT_NEAR(-record.rows.back().tool_force.z(), force / 1.3, 0.1 * force) << force;
     }
     for (const double force : {4.0, 5.0}) {
         const Record record = crossed_shafts(force);
         ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-        EXPECT_EQ(record.summary.at("passed_through"), 1.0) << force;
+        EXPECT_EQ(record.summary.at(Metric::passed_through), 1.0) << force;
     }
 }
 
 TEST(UnilateralOfTwoShafts, GapHoldsFourAndAHalfNewtons) {
     test::expect_known_gap("once an axis is passed, 2.5 mm deep, the way out is on the other side",
-                           [] { EXPECT_EQ(crossed_shafts(4.5).summary.at("passed_through"), 0.0); });
+                           [] { EXPECT_EQ(crossed_shafts(4.5).summary.at(Metric::passed_through), 0.0); });
 }
 
 TEST(UnilateralInSqueeze, TissueWithoutAPlaceIsReportedTornAndPressedNoHarderThanItsLimit) {

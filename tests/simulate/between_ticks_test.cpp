@@ -75,9 +75,9 @@ TEST_P(SpeedSweep, PassesAreTheOnesOfTheScriptAndTheMissedOnesFallBetweenFrames)
         }
         missed += event.missed() ? 1 : 0;
     }
-    EXPECT_EQ(record.summary.at("contact_events_missed"), static_cast<double>(missed));
+    EXPECT_EQ(record.summary.at(Metric::contact_events_missed), static_cast<double>(missed));
     EXPECT_GT(missed, 30U);
-    EXPECT_GT(record.summary.at("swept_false_negatives"), 0.0);
+    EXPECT_GT(record.summary.at(Metric::swept_false_negatives), 0.0);
 }
 
 TEST(SpeedSweepFast, ContinuousTestMissesNone) {
@@ -88,10 +88,10 @@ TEST(SpeedSweepFast, ContinuousTestMissesNone) {
         if (!has_option) continue;
         const Record record = replay_of(scene, entry.name + ":swept=on");
         ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-        EXPECT_EQ(record.summary.at("contact_events_missed"), 0.0) << entry.name;
-        EXPECT_EQ(record.summary.at("swept_false_negatives"), 0.0) << entry.name;
-        EXPECT_EQ(record.summary.at("swept_false_positives"), 0.0) << entry.name;
-        EXPECT_EQ(record.summary.at("swept_time_error_max"), 0.0) << entry.name;
+        EXPECT_EQ(record.summary.at(Metric::contact_events_missed), 0.0) << entry.name;
+        EXPECT_EQ(record.summary.at(Metric::swept_false_negatives), 0.0) << entry.name;
+        EXPECT_EQ(record.summary.at(Metric::swept_false_positives), 0.0) << entry.name;
+        EXPECT_EQ(record.summary.at(Metric::swept_time_error_max), 0.0) << entry.name;
     }
 }
 

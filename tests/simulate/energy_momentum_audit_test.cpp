@@ -85,9 +85,10 @@ TEST(EnergyMomentumAudit, WhatDampersTakeIsWhatALooseSheetLoses) {
         ASSERT_GT(lost, 1e-6);
         // With many sub-steps only the audit's own integral is left.
         const double bound = substeps > 0 ? 0.005 : 0.05;
-        EXPECT_NEAR(figures.at("dissipated_energy_j"), lost, bound * lost) << substeps;
-        EXPECT_LT(figures.at("energy_residual_j"), 2.0 * bound * lost) << "at its worst, not at the end: " << substeps;
-        EXPECT_EQ(figures.at("absolute_work_j"), 0.0);
+        EXPECT_NEAR(figures.at(Metric::dissipated_energy_j), lost, bound * lost) << substeps;
+        EXPECT_LT(figures.at(Metric::energy_residual_j), 2.0 * bound * lost)
+            << "at its worst, not at the end: " << substeps;
+        EXPECT_EQ(figures.at(Metric::absolute_work_j), 0.0);
     }
 }
 
@@ -108,8 +109,8 @@ TEST(EnergyMomentumAudit, AForceThatNobodyReportedIsMissed) {
         const double impulse = 5 * sheet.scene.dt * pull.norm() * free;
         const auto figures = audit.figures();
         const double missed = reported ? 0.0 : 1.0;
-        EXPECT_NEAR(figures.at("momentum_residual_n_s"), missed * impulse, 0.02 * impulse) << reported;
-        EXPECT_NEAR(figures.at("energy_residual_j"), missed * work, 0.02 * work) << reported;
+        EXPECT_NEAR(figures.at(Metric::momentum_residual_n_s), missed * impulse, 0.02 * impulse) << reported;
+        EXPECT_NEAR(figures.at(Metric::energy_residual_j), missed * work, 0.02 * work) << reported;
     }
 }
 
@@ -127,7 +128,7 @@ Closing closing_of(const Scene& scene, const std::string& response) {
         EXPECT_TRUE(simulation.outcome().ok()) << scene.name << ": " << simulation.outcome().message;
     }
     const auto figures = simulation.audit_figures();
-    return {figures.at("energy_residual_share"), figures.at("momentum_residual_share")};
+    return {figures.at(Metric::energy_residual_share), figures.at(Metric::momentum_residual_share)};
 }
 
 /// The bounds that METHODS §4 states, and that the remainder is the steps' own: it goes with their length.

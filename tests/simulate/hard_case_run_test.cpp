@@ -25,14 +25,14 @@ TEST(HardCaseRun, CountsAgainstTheCasesOwnList) {
     HardCase one = case_named("needle_through_one_face");
     const Record right = run_hard_case(one, asked("brute_force"));
     EXPECT_TRUE(right.outcome.ok());
-    EXPECT_EQ(right.summary.at("true_pairs"), 3.0);
-    EXPECT_EQ(right.summary.at("false_negatives"), 0.0);
-    EXPECT_EQ(right.summary.at("false_positives"), 0.0);
+    EXPECT_EQ(right.summary.at(Metric::true_pairs), 3.0);
+    EXPECT_EQ(right.summary.at(Metric::false_negatives), 0.0);
+    EXPECT_EQ(right.summary.at(Metric::false_positives), 0.0);
     // With a wrong list the same answer is one pair short and two too many.
     one.pairs = {{{3, 0}}};
     const Record wrong = run_hard_case(one, asked("brute_force"));
-    EXPECT_EQ(wrong.summary.at("false_negatives"), 1.0);
-    EXPECT_EQ(wrong.summary.at("false_positives"), 3.0);
+    EXPECT_EQ(wrong.summary.at(Metric::false_negatives), 1.0);
+    EXPECT_EQ(wrong.summary.at(Metric::false_positives), 3.0);
 }
 
 TEST(HardCaseRun, AFrameThatIsNoNumberIsReported) {
@@ -49,10 +49,10 @@ TEST(HardCaseRun, AFamilyCountsItsLines) {
                            "0 0 0 1 0 0 0 1 0  0 0 1 1 0 1 0 1 1  1 transversal\n";
     const Record record = run_pair_family(file, asked("brute_force"));
     EXPECT_TRUE(record.outcome.ok());
-    EXPECT_EQ(record.summary.at("judged_ticks"), 4.0);
-    EXPECT_EQ(record.summary.at("true_pairs"), 2.0);
-    EXPECT_EQ(record.summary.at("false_negatives"), 1.0);
-    EXPECT_EQ(record.summary.at("false_positives"), 1.0);
+    EXPECT_EQ(record.summary.at(Metric::judged_ticks), 4.0);
+    EXPECT_EQ(record.summary.at(Metric::true_pairs), 2.0);
+    EXPECT_EQ(record.summary.at(Metric::false_negatives), 1.0);
+    EXPECT_EQ(record.summary.at(Metric::false_positives), 1.0);
 }
 
 }  // namespace

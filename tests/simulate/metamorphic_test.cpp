@@ -32,10 +32,10 @@ TEST(MetamorphicTest, AnExactDetectorAnswersEveryReportingAlike) {
     // Pairs of geometry alone: order, an exact shift and an exact factor change none of them.
     const Record record = metamorphic(test::shipped_scene("i2t_lay"), "brute_force", "", 200);
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
-    EXPECT_GT(record.summary.at("metamorphic_pairs"), 0.0);
+    EXPECT_GT(record.summary.at(Metric::metamorphic_pairs), 0.0);
     for (const char* name : metamorphic_names) {
-        EXPECT_EQ(record.summary.at(std::string("metamorphic_") + name + "_pairs"), 0.0) << name;
-        EXPECT_TRUE(std::isnan(record.summary.at(std::string("metamorphic_") + name + "_m"))) << name;
+        EXPECT_EQ(record.summary.at(metric_of(std::string("metamorphic_") + name + "_pairs")), 0.0) << name;
+        EXPECT_TRUE(std::isnan(record.summary.at(metric_of(std::string("metamorphic_") + name + "_m")))) << name;
     }
 }
 
@@ -46,7 +46,7 @@ TEST(MetamorphicTest, ADetectorThatMergesContactsOfOnePlaceDependsOnEveryReporti
     const Record record = metamorphic(test::shipped_scene("t2t_press"), "ode_trimesh", "", 0);
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     for (const std::string name : metamorphic_names) {
-        const double differing = record.summary.at("metamorphic_" + name + "_pairs");
+        const double differing = record.summary.at(metric_of("metamorphic_" + name + "_pairs"));
         EXPECT_EQ(differing > 0.0, name != "twice") << name << " " << differing;
     }
 }
@@ -57,10 +57,10 @@ TEST(MetamorphicTest, AResponseThatGoesFromBodyToBodyDependsOnTheirOrder) {
     const Record thesis = metamorphic(scene, "ohc", "thesis", 0);
     const Record hold = metamorphic(scene, "ohc", "unilateral", 0);
     for (const char* name : {"metamorphic_bodies", "metamorphic_swapped"}) {
-        EXPECT_GT(thesis.summary.at(std::string(name) + "_m"), 1e-6) << name;
-        EXPECT_GT(thesis.summary.at(std::string(name) + "_n"), 1e-3) << name;
-        EXPECT_LT(hold.summary.at(std::string(name) + "_m"), 1e-12) << name;
-        EXPECT_LT(hold.summary.at(std::string(name) + "_n"), 1e-9) << name;
+        EXPECT_GT(thesis.summary.at(metric_of(std::string(name) + "_m")), 1e-6) << name;
+        EXPECT_GT(thesis.summary.at(metric_of(std::string(name) + "_n")), 1e-3) << name;
+        EXPECT_LT(hold.summary.at(metric_of(std::string(name) + "_m")), 1e-12) << name;
+        EXPECT_LT(hold.summary.at(metric_of(std::string(name) + "_n")), 1e-9) << name;
     }
 }
 
@@ -106,10 +106,10 @@ TEST(MetamorphicTest, TheLastTickCountsWhateverItsNumber) {
     ASSERT_LT(ticks, most_ticks) << "the order made no difference";
     const Record record = metamorphic(scene, "ohc", "xpbd_contact", ticks);
     for (const std::string name : {"bodies", "swapped"}) {
-        EXPECT_DOUBLE_EQ(record.summary.at("metamorphic_" + name + "_m"), here);
-        EXPECT_DOUBLE_EQ(record.summary.at("metamorphic_" + name + "_n"), force);
+        EXPECT_DOUBLE_EQ(record.summary.at(metric_of("metamorphic_" + name + "_m")), here);
+        EXPECT_DOUBLE_EQ(record.summary.at(metric_of("metamorphic_" + name + "_n")), force);
     }
-    EXPECT_EQ(record.summary.at("metamorphic_twice_m"), 0.0);
+    EXPECT_EQ(record.summary.at(Metric::metamorphic_twice_m), 0.0);
 }
 
 TEST(MetamorphicTest, AFreshRunHasTheSameHashAndAnotherAnswerAnother) {
@@ -127,15 +127,15 @@ TEST(MetamorphicTest, FaithfulDependsOnTheOrderOfTrianglesAndUnilateralDoesNot) 
     const Record faithful = metamorphic(scene, "ohc", "thesis:profile=faithful", 600);
     const Record hold = metamorphic(scene, "ohc", "unilateral", 600);
     for (const Record* record : {&faithful, &hold}) {
-        EXPECT_EQ(record->summary.at("metamorphic_twice_m"), 0.0);
-        EXPECT_EQ(record->summary.at("metamorphic_twice_n"), 0.0);
-        EXPECT_TRUE(std::isnan(record->summary.at("metamorphic_bodies_m"))) << "no two bodies of a kind";
-        EXPECT_TRUE(std::isnan(record->summary.at("metamorphic_twice_pairs")));
+        EXPECT_EQ(record->summary.at(Metric::metamorphic_twice_m), 0.0);
+        EXPECT_EQ(record->summary.at(Metric::metamorphic_twice_n), 0.0);
+        EXPECT_TRUE(std::isnan(record->summary.at(Metric::metamorphic_bodies_m))) << "no two bodies of a kind";
+        EXPECT_TRUE(std::isnan(record->summary.at(Metric::metamorphic_twice_pairs)));
     }
-    EXPECT_GT(faithful.summary.at("metamorphic_triangles_m"), 1e-6);
-    EXPECT_LT(hold.summary.at("metamorphic_triangles_m"), 1e-9);
-    EXPECT_LT(hold.summary.at("metamorphic_unit_m"), 1e-9);
-    EXPECT_LT(hold.summary.at("metamorphic_origin_m"), 1e-9);
+    EXPECT_GT(faithful.summary.at(Metric::metamorphic_triangles_m), 1e-6);
+    EXPECT_LT(hold.summary.at(Metric::metamorphic_triangles_m), 1e-9);
+    EXPECT_LT(hold.summary.at(Metric::metamorphic_unit_m), 1e-9);
+    EXPECT_LT(hold.summary.at(Metric::metamorphic_origin_m), 1e-9);
 }
 
 }  // namespace

@@ -41,7 +41,7 @@ std::optional<double> difference(const Scene& scene, const std::string& response
     const Record other = test::run_scene_with(through_millimetres(scene), response, never, ticks, limits, {}, contacts);
     if (one.outcome.kind == OutcomeKind::unsupported) return std::nullopt;
     EXPECT_EQ(one.outcome.kind, other.outcome.kind) << response;
-    EXPECT_GT(one.summary.at("force_max_n"), 0.1) << response;
+    EXPECT_GT(one.summary.at(Metric::force_max_n), 0.1) << response;
     double most = 0.0;
     for (std::size_t i = 0; i < std::min(one.rows.size(), other.rows.size()); ++i) {
         most = std::max(most, (one.rows[i].tool_force - other.rows[i].tool_force).norm());

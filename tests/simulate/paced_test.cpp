@@ -35,11 +35,11 @@ TEST(PacedLoop, ALateTickMakesTheNextOnesLateToo) {
     EXPECT_GE(times.latency_ns[20], 13e6);
     EXPECT_GE(times.latency_ns[21], 8e6 - 1e3) << "counted from its release, not from its start";
     EXPECT_GE(times.latency_ns[22], 3e6 - 1e3);
-    const auto figures = paced_figures("paced", times, period);
-    EXPECT_GE(figures.at("paced_misses"), 2.0);
-    EXPECT_GE(figures.at("paced_burst"), 2.0);
-    EXPECT_GE(figures.at("paced_max_ns"), 13e6);
-    EXPECT_TRUE(std::isnan(figures.at("paced_p99_ns"))) << "20 timed ticks are too few";
+    const auto figures = latency_of(times, period);
+    EXPECT_GE(figures.misses, 2.0);
+    EXPECT_GE(figures.burst, 2.0);
+    EXPECT_GE(figures.max_ns, 13e6);
+    EXPECT_TRUE(std::isnan(figures.p99_ns)) << "20 timed ticks are too few";
 }
 
 TEST(PacedLoop, ReleasesKeepTheClock) {
@@ -75,37 +75,38 @@ TEST(PacedLoop, RunsWhileAnEmptyOneRuns) {
     EXPECT_LT(stopped.empty.latency_ns.size(), 100'000U) << "stops with it";
 }
 
-TEST(PacedFigures, BurstsAreMissesInARow) {
+TEST(PacedLatency, BurstsAreMissesInARow) {
     PacedTimes times{std::vector<double>(10 + 8, 100.0)};
     for (const std::size_t late : {11U, 12U, 13U, 16U}) times.latency_ns[late] = 2000.0;
     times.latency_ns[3] = 1e9;  // warm-up
-    const auto figures = paced_figures("empty", times, 1000);
-    EXPECT_EQ(figures.at("empty_misses"), 4.0);
-    EXPECT_EQ(figures.at("empty_burst"), 3.0);
-    EXPECT_EQ(figures.at("empty_max_ns"), 2000.0);
+    const auto figures = latency_of(times, 1000);
+    EXPECT_EQ(figures.misses, 4.0);
+    EXPECT_EQ(figures.burst, 3.0);
+    EXPECT_EQ(figures.max_ns, 2000.0);
 }
 
-TEST(PacedFigures, CountFromTheFirstTickAfterTheWarmUpOn) {
+TEST(PacedLatency, CountFromTheFirstTickAfterTheWarmUpOn) {
     // That one is late; the next one ends with its period, which is in time.
     PacedTimes times{std::vector<double>(10, 5000.0)};
-    const auto none = paced_figures("loop", times, 1000);
-    EXPECT_EQ(none.size(), 6U);
-    for (const auto& [name, value] : none) EXPECT_TRUE(std::isnan(value)) << name;
+    const auto none = latency_of(times, 1000);
+    for (const double value : {none.median_ns, none.p99_ns, none.p999_ns, none.max_ns, none.misses, none.burst}) {
+        EXPECT_TRUE(std::isnan(value));
+    }
     times.latency_ns.insert(times.latency_ns.end(), {1001.0, 1000.0, 400.0, 200.0});
-    const auto one = paced_figures("loop", times, 1000);
-    EXPECT_EQ(one.at("loop_misses"), 1.0);
-    EXPECT_EQ(one.at("loop_burst"), 1.0);
-    EXPECT_EQ(one.at("loop_median_ns"), 700.0);
-    EXPECT_EQ(one.at("loop_max_ns"), 1001.0);
-    EXPECT_TRUE(std::isnan(one.at("loop_p99_ns")));
+    const auto one = latency_of(times, 1000);
+    EXPECT_EQ(one.misses, 1.0);
+    EXPECT_EQ(one.burst, 1.0);
+    EXPECT_EQ(one.median_ns, 700.0);
+    EXPECT_EQ(one.max_ns, 1001.0);
+    EXPECT_TRUE(std::isnan(one.p99_ns));
     // 1 to 1000: the quantile q lies at 1 + 999 q (type 7 of Hyndman and Fan 1996).
     times.latency_ns.resize(10);
     for (int ns = 1000; ns > 0; --ns) times.latency_ns.push_back(ns);
-    const auto thousand = paced_figures("loop", times, 990);
-    EXPECT_NEAR(thousand.at("loop_p99_ns"), 990.01, 1e-9);
-    EXPECT_TRUE(std::isnan(thousand.at("loop_p999_ns")));
-    EXPECT_EQ(thousand.at("loop_misses"), 10.0);
-    EXPECT_EQ(thousand.at("loop_burst"), 10.0) << "the first ten of them";
+    const auto thousand = latency_of(times, 990);
+    EXPECT_NEAR(thousand.p99_ns, 990.01, 1e-9);
+    EXPECT_TRUE(std::isnan(thousand.p999_ns));
+    EXPECT_EQ(thousand.misses, 10.0);
+    EXPECT_EQ(thousand.burst, 10.0) << "the first ten of them";
 }
 
 TEST(Overrides, TickKeepsTheLengthOfRunAndSubStep) {

@@ -93,7 +93,7 @@ TEST(PassedThrough, IsCountedExactlyWhereTwoShaftsHaveChangedSidesAndTheRunEndsO
         };
         const Record record = run_closed_loop(scene, spec, limits);
         EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
-        EXPECT_EQ(record.summary.at("passed_through"), below ? 1.0 : 0.0) << push << " N";
+        EXPECT_EQ(record.summary.at(Metric::passed_through), below ? 1.0 : 0.0) << push << " N";
         seen.insert(below);
     }
     EXPECT_EQ(seen.size(), 2U) << "some must hold and some pass";
@@ -139,14 +139,14 @@ TEST(ForceWithoutTouch, OfAClosedLoopIsThatOfTheTicksOneByOne) {
         for (const auto& [force, clearance] : ticks) {
             if (force > 0.01 * peak) expected = std::max(expected, clearance);
         }
-        EXPECT_NEAR(record.summary.at("force_without_touch_m"), expected, 1e-12) << response;
+        EXPECT_NEAR(record.summary.at(Metric::force_without_touch_m), expected, 1e-12) << response;
         spec.truth_stride = 2;
-        EXPECT_TRUE(std::isnan(run_closed_loop(scene, spec).summary.at("force_without_touch_m")))
+        EXPECT_TRUE(std::isnan(run_closed_loop(scene, spec).summary.at(Metric::force_without_touch_m)))
             << "not every tick is judged";
     }
     RunSpec spec = spec_of("closed_loop", "ohc", "thesis");
     spec.truth_stride = 1;
-    EXPECT_TRUE(std::isnan(run_closed_loop(scene, spec).summary.at("force_without_touch_m")))
+    EXPECT_TRUE(std::isnan(run_closed_loop(scene, spec).summary.at(Metric::force_without_touch_m)))
         << "what acts by wrenches has no force of a pair";
 }
 
@@ -176,9 +176,9 @@ TEST(Replay, WhatALimitCutsCountsAsMissedOnEveryTickItCuts) {
             ticks += 1.0;
         }
         EXPECT_GT(ticks, 5.0) << detector;
-        EXPECT_EQ(cut.summary.at("truncated_ticks"), ticks);
-        EXPECT_EQ(cut.summary.at("false_negatives"), missing);
-        EXPECT_LT(cut.summary.at("recall"), 1.0);
+        EXPECT_EQ(cut.summary.at(Metric::truncated_ticks), ticks);
+        EXPECT_EQ(cut.summary.at(Metric::false_negatives), missing);
+        EXPECT_LT(cut.summary.at(Metric::recall), 1.0);
     }
 }
 
@@ -189,10 +189,11 @@ TEST(Replay, EveryDetectorSeesTheSameFramesAndExactOnesMissNothing) {
         const Record record = make_run(scene, spec_of("replay", detector, ""));
         EXPECT_TRUE(record.outcome.ok()) << detector << ' ' << record.outcome.message;
         EXPECT_EQ(record.rows.size(), 60U);
-        EXPECT_EQ(record.summary.at("recall"), 1.0) << detector;
-        EXPECT_EQ(record.summary.at("precision"), 1.0) << detector;
-        EXPECT_EQ(record.summary.at("judged_ticks"), 13.0) << "every fifth tick and the last";
-        EXPECT_TRUE(std::isnan(record.summary.at("residual_penetration_max_m"))) << "a replay leaves nothing over";
+        EXPECT_EQ(record.summary.at(Metric::recall), 1.0) << detector;
+        EXPECT_EQ(record.summary.at(Metric::precision), 1.0) << detector;
+        EXPECT_EQ(record.summary.at(Metric::judged_ticks), 13.0) << "every fifth tick and the last";
+        EXPECT_TRUE(std::isnan(record.summary.at(Metric::residual_penetration_max_m)))
+            << "a replay leaves nothing over";
         EXPECT_TRUE(record.environment.contains("commit"));
         hashes.insert(record.frames_hash);
     }
@@ -209,11 +210,10 @@ TEST(ClosedLoop, EndsOnTheSameStateTwiceAndReadsBack) {
         EXPECT_TRUE(one.outcome.ok()) << response << ' ' << one.outcome.message;
         EXPECT_EQ(one.state_hash, two.state_hash);
         EXPECT_EQ(one.rows.size(), 60U);
-        EXPECT_GT(one.summary.at("pairs_max"), 0.0);
-        EXPECT_TRUE(std::isfinite(one.summary.at("residual_penetration_max_m")));
+        EXPECT_GT(one.summary.at(Metric::pairs_max), 0.0);
+        EXPECT_TRUE(std::isfinite(one.summary.at(Metric::residual_penetration_max_m)));
         // The tool goes 2 mm below the sheet's rest plane: nothing can be left deeper.
-        EXPECT_LE(one.summary.at("residual_penetration_max_m"), 0.0021);
-        for (const auto& [name, value] : one.summary) EXPECT_NO_THROW((void)summary_figure(name)) << name;
+        EXPECT_LE(one.summary.at(Metric::residual_penetration_max_m), 0.0021);
         EXPECT_EQ(to_json_line(record_from_json_line(to_json_line(one), "f", 1)), to_json_line(one));
     }
 }
@@ -235,20 +235,20 @@ TEST(ClosedLoop, NearPairsThatADetectorDoesNotBringAreCountedWhereASourceAsksFor
         return make_run(scene, spec).summary;
     };
     const auto exact = summary(own_exact_detectors().front(), "tracked_proximity");
-    EXPECT_GT(exact.at("true_proximity_pairs"), 0.0);
-    EXPECT_EQ(exact.at("proximity_false_negatives"), 0.0);
-    EXPECT_GE(exact.at("query_distance_max_m"), exact.at("query_distance_median_m"));
-    EXPECT_GT(exact.at("query_distance_median_m"), 0.0);
+    EXPECT_GT(exact.at(Metric::true_proximity_pairs), 0.0);
+    EXPECT_EQ(exact.at(Metric::proximity_false_negatives), 0.0);
+    EXPECT_GE(exact.at(Metric::query_distance_max_m), exact.at(Metric::query_distance_median_m));
+    EXPECT_GT(exact.at(Metric::query_distance_median_m), 0.0);
     // Less is asked of it, since edges that it never reports cannot ask for more; all of that is missed.
     const auto blind = summary("blind", "tracked_proximity");
-    EXPECT_GT(blind.at("true_proximity_pairs"), 0.0);
-    EXPECT_EQ(blind.at("proximity_false_negatives"), blind.at("true_proximity_pairs"));
+    EXPECT_GT(blind.at(Metric::true_proximity_pairs), 0.0);
+    EXPECT_EQ(blind.at(Metric::proximity_false_negatives), blind.at(Metric::true_proximity_pairs));
     const auto hidden = summary("blind:hide=0.5", "tracked_proximity");
-    EXPECT_GT(hidden.at("proximity_false_negatives"), 0.0);
-    EXPECT_LT(hidden.at("proximity_false_negatives"), hidden.at("true_proximity_pairs"));
+    EXPECT_GT(hidden.at(Metric::proximity_false_negatives), 0.0);
+    EXPECT_LT(hidden.at(Metric::proximity_false_negatives), hidden.at(Metric::true_proximity_pairs));
     const auto meeting = summary("blind", "intersection");
-    EXPECT_TRUE(std::isnan(meeting.at("proximity_false_negatives"))) << "nobody asks for near pairs";
-    EXPECT_TRUE(std::isnan(meeting.at("query_distance_max_m")));
+    EXPECT_TRUE(std::isnan(meeting.at(Metric::proximity_false_negatives))) << "nobody asks for near pairs";
+    EXPECT_TRUE(std::isnan(meeting.at(Metric::query_distance_max_m)));
 }
 
 TEST(ClosedLoop, DetailsAreJudgedOnEveryNthJudgedTickAndChangeNothingElse) {
@@ -284,9 +284,9 @@ TEST(ClosedLoop, ScriptedBodiesLeaveNothingThatAMethodCouldAnswerFor) {
     RunSpec spec = spec_of("closed_loop", own_exact_detectors().front(), own_responses().front());
     spec.ticks = 120;
     const Record record = make_run(scene, spec);
-    EXPECT_GT(record.summary.at("pairs_max"), 0.0);
-    EXPECT_TRUE(std::isnan(record.summary.at("residual_penetration_max_m")));
-    EXPECT_TRUE(std::isfinite(record.summary.at("depth_error_max_m")));
+    EXPECT_GT(record.summary.at(Metric::pairs_max), 0.0);
+    EXPECT_TRUE(std::isnan(record.summary.at(Metric::residual_penetration_max_m)));
+    EXPECT_TRUE(std::isfinite(record.summary.at(Metric::depth_error_max_m)));
 }
 
 TEST(ClosedLoop, NativeContactsOfADetectorWithoutThemAreUnsupported) {
@@ -350,13 +350,13 @@ TEST(TimedLoop, ReportsTheTissuesSizeAndTheStepsTakenAndEndsWhereTheJudgedLoopEn
     const Record timed = make_run(scene, spec);
     ASSERT_TRUE(timed.outcome.ok()) << timed.outcome.message;
     EXPECT_EQ(timed.environment.at("run.tissue_triangles"), fmt::format("{}", flat));
-    EXPECT_EQ(timed.summary.at("substeps"), scene.materials.substeps);
+    EXPECT_EQ(timed.summary.at(Metric::substeps), scene.materials.substeps);
     EXPECT_EQ(timed.rows.size(), 40U);
-    EXPECT_EQ(timed.summary.at("timed_ticks"), 30.0) << "the first ten are dropped";
-    EXPECT_GT(timed.summary.at("advance_median_ns"), 0.0);
+    EXPECT_EQ(timed.summary.at(Metric::timed_ticks), 30.0) << "the first ten are dropped";
+    EXPECT_GT(timed.summary.at(Metric::advance_median_ns), 0.0);
     EXPECT_EQ(timed.state_hash, judged.state_hash);
     spec.stepper = "implicit";
-    EXPECT_EQ(make_run(scene, spec).summary.at("substeps"), 1.0) << "one step a tick, whatever the scene names";
+    EXPECT_EQ(make_run(scene, spec).summary.at(Metric::substeps), 1.0) << "one step a tick, whatever the scene names";
 }
 
 TEST(ClosedLoop, WhatSaysThatItActsAsPenaltyWithoutTissueDoes) {
@@ -371,7 +371,7 @@ TEST(ClosedLoop, WhatSaysThatItActsAsPenaltyWithoutTissueDoes) {
         RunSpec on_the_same = spec_of("closed_loop", "brute_force", "penalty");
         on_the_same.contacts = spec.contacts;
         const Record penalty = make_run(scene, on_the_same);
-        EXPECT_GT(penalty.summary.at("force_max_n"), 0.1);
+        EXPECT_GT(penalty.summary.at(Metric::force_max_n), 0.1);
         EXPECT_EQ(make_run(scene, spec).state_hash, penalty.state_hash) << entry.name;
     }
     EXPECT_GT(count, 0);
@@ -381,7 +381,7 @@ TEST(ClosedLoop, WhatSaysThatItIsPenaltyOnTissueIs) {
     const Scene scene = test::scene_from_text(test::poke_text());
     ASSERT_TRUE(scene.has_tissue());
     const Record penalty = make_run(scene, spec_of("closed_loop", "brute_force", "penalty"));
-    EXPECT_GT(penalty.summary.at("force_max_n"), 0.0);
+    EXPECT_GT(penalty.summary.at(Metric::force_max_n), 0.0);
     std::vector<std::string> same;
     for (const ResponseEntry& entry : registry().responses()) {
         if (entry.control) continue;
@@ -422,13 +422,13 @@ TEST(MakeRun, ATurnedStiffnessIsHeldAgainstItsOwnReference) {
     RunSpec spec = spec_of("closed_loop", "brute_force", "penalty");
     spec.overrides = "k=400";
     Record record = make_run(scene, spec);
-    EXPECT_EQ(record.summary.at("force_bound_equal_k"), 0.125);
-    EXPECT_GT(record.summary.at("force_error_rms_equal_k"), 0.0);
+    EXPECT_EQ(record.summary.at(Metric::force_bound_equal_k), 0.125);
+    EXPECT_GT(record.summary.at(Metric::force_error_rms_equal_k), 0.0);
     EXPECT_NE(record.environment.at("reference.hard").find("none is stored for this scene"), std::string::npos);
     for (const char* other : {"k=300", ""}) {
         spec.overrides = other;
         record = make_run(scene, spec);
-        EXPECT_TRUE(std::isnan(record.summary.at("force_error_rms_equal_k"))) << other;
+        EXPECT_TRUE(std::isnan(record.summary.at(Metric::force_error_rms_equal_k))) << other;
         EXPECT_NE(record.environment.at("reference.equal_k").find("none is stored for"), std::string::npos);
     }
 }

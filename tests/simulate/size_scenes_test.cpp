@@ -19,7 +19,7 @@ std::filesystem::path studies() { return std::filesystem::path(TROCAR_SOURCE_DIR
 
 nlohmann::json cost_by_size() {
     std::ifstream file(studies() / "cost_by_size.json");
-    return nlohmann::json::parse(file).at("cost_by_size");
+    return nlohmann::json::parse(file).at("experiments").at(0);
 }
 
 TEST(SizeScenes, ATickOfTheMedianHasATouch) {

@@ -60,7 +60,7 @@ TEST(SmallSteps, HalfAsLongLeaveAQuarterOfTheDepth) {
         const Record record = test::run_scene_with(scene, "xpbd_contact:reduction=pair", 20, 0, {},
                                                    "xpbd:substeps=" + std::to_string(steps));
         ASSERT_TRUE(record.outcome.ok()) << steps << ": " << record.outcome.message;
-        const double depth = record.summary.at("residual_penetration_median_m");
+        const double depth = record.summary.at(Metric::residual_penetration_median_m);
         EXPECT_GT(depth, 1e-7) << steps;
         if (steps > 10) {
             EXPECT_NEAR(before / depth, 4.0, 0.2) << steps;

@@ -40,7 +40,7 @@ protected:
     void prepare(std::size_t i) const {
         Record record;
         record.spec = plan_[i].spec;
-        record.summary["answer"] = static_cast<double>(i);
+        record.summary[Metric::ticks] = static_cast<double>(i);
         std::ofstream(prepared() / (std::to_string(i) + ".json")) << to_json_line(record) << "\n";
     }
     [[nodiscard]] std::filesystem::path prepared() const { return folder_.path() / "prepared"; }
@@ -86,7 +86,7 @@ TEST_F(RunnerTest, RecordsComeInPlanOrder) {
     ASSERT_EQ(all.size(), 4U);
     for (std::size_t i = 0; i < 4; ++i) {
         EXPECT_EQ(all[i].spec.detector, plan_[i].spec.detector);
-        EXPECT_EQ(all[i].summary.at("answer"), static_cast<double>(i));
+        EXPECT_EQ(all[i].summary.at(Metric::ticks), static_cast<double>(i));
         EXPECT_EQ(all[i].environment.at("binary"), "binary_1");
     }
 }
@@ -136,7 +136,7 @@ TEST_F(RunnerTest, SideBySideRunWhatNobodyTimesAndNothingElse) {
     EXPECT_EQ(most, 2);
     const std::vector<Record> all = records();
     ASSERT_EQ(all.size(), 4U);
-    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(all[i].summary.at("answer"), static_cast<double>(i)) << i;
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(all[i].summary.at(Metric::ticks), static_cast<double>(i)) << i;
     EXPECT_EQ(run_plan(plan_, side_by_side).found, 4);
 }
 
@@ -190,7 +190,7 @@ TEST_F(RunnerTest, CrashAfterACompleteRecordKeepsTheRowsAndReportsTheFailure) {
     run_plan(plan_, options("0) cp $prepared/0.json $out; kill -ABRT $$;;"));
     const std::vector<Record> all = records();
     EXPECT_EQ(all[0].outcome.kind, OutcomeKind::crashed);
-    EXPECT_EQ(all[0].summary.at("answer"), 0.0);
+    EXPECT_EQ(all[0].summary.at(Metric::ticks), 0.0);
 }
 
 TEST_F(RunnerTest, InterruptedStudyGoesOnWhereItStopped) {
@@ -288,12 +288,12 @@ TEST(ShortenRows, KeepsFiveDigitsOfGeometryAndForce) {
     record.rows.resize(1);
     record.rows[0].residual_penetration = 0.00123456789;
     record.rows[0].tool_force = Vector3(-1234.56789, 0.0, 1.0 / 3.0);
-    record.summary["residual_penetration_max_m"] = 0.00123456789;
+    record.summary[Metric::residual_penetration_max_m] = 0.00123456789;
     shorten_rows(record);
     EXPECT_EQ(record.rows[0].residual_penetration, 0.0012346);
     EXPECT_EQ(record.rows[0].tool_force, Vector3(-1234.6, 0.0, 0.33333));
     EXPECT_TRUE(std::isnan(record.rows[0].depth_error)) << "n/a stays n/a";
-    EXPECT_EQ(record.summary["residual_penetration_max_m"], 0.00123456789);
+    EXPECT_EQ(record.summary[Metric::residual_penetration_max_m], 0.00123456789);
 }
 
 TEST(ThinRows, KeepThePeaksOfEveryStretchAndWhatWentWrong) {

@@ -366,7 +366,7 @@ TEST_F(StudyFile, EveryFaultIsNamedWithItsPlace) {
              {detection + R"(,"clock":"slow")", "/clock"},
              {detection + R"(,"perturbed":1)", "/perturbed"},
              {detection + R"(,"pair_files":["x/pairs.txt"])", "/pair_files/0"},
-             {detection + R"(,"cases":"nowhere")", "nowhere"},
+             {detection + R"(,"cases":"nowhere")", "/cases"},
              {detection + R"(,"perturbed":true,"truth_stride":1)", "/truth_stride"},
              {detection + R"(,"perturbed":true,"repetitions":1)", "/repetitions"},
              {replay + R"("scenes":[],"detectors":["ohc"])", "/scenes"},
