@@ -9,6 +9,7 @@
 
 #include "measure/statistics.hpp"
 #include "report/chart.hpp"
+#include "report/metric_table.hpp"
 
 namespace trocar {
 namespace {
@@ -148,6 +149,41 @@ void course_charts(Draft& draft, const std::vector<Method>& methods) {
     draft.figure("force_over_time", force, "Tool force" + rule);
 }
 
+std::string residual_text(const RunFigures& run) {
+    if (std::isnan(run[Metric::residual_penetration_max_m])) return "n/a";
+    return scaled(run[Metric::residual_penetration_median_m], mm) + " / " +
+           scaled(run[Metric::residual_penetration_max_m], mm) + " / " +
+           scaled(run[Metric::residual_penetration_final_m], mm) + undecided_text(run[Metric::side_undecided_max]);
+}
+
+MetricTable force_table(int processes) {
+    MetricTable table{
+        .caption = "Outcome of every closed-loop run (first process)",
+        .mode = "closed_loop",
+        .rows = MetricTable::Rows::motion,
+        .columns = {{.header = "pairs per tick, mean / max", .metric = Metric::pairs_mean, .second = Metric::pairs_max},
+                    {.header = "residual penetration, median / max / final (mm)",
+                     .metric = Metric::residual_penetration_max_m,
+                     .text = of_first(residual_text)},
+                    {.header = "largest force (N)", .metric = Metric::force_max_n},
+                    {.header = "force jump, p99 / max (N per tick)",
+                     .metric = Metric::force_jump_p99_n,
+                     .second = Metric::force_jump_max_n},
+                    {.header = "force without touch (mm)", .metric = Metric::force_without_touch_m, .scale = mm},
+                    {.header = "force flips (ticks)", .metric = Metric::force_flips, .count = true},
+                    {.header = "largest strain", .metric = Metric::max_strain},
+                    {.header = "ruptures", .metric = Metric::ruptures, .count = true}},
+        .note =
+            "Who moves alike, bit by bit, stands in one row; its pairs are those of the first. n/a of a p99: too few "
+            "ticks."};
+    if (processes > 1) {
+        table.columns.push_back({.header = "same state in every process",
+                                 .metric = Metric::ticks,
+                                 .text = [](const SceneResult& result) { return yes_no(result.repeatable()); }});
+    }
+    return table;
+}
+
 }  // namespace
 
 void add_detection(Draft& draft) {
@@ -277,60 +313,8 @@ void add_contacts_and_forces(Draft& draft) {
         "large on purpose; the error says how far they are from geometric depth, not that the library is broken.";
     draft.add(std::move(depth));
 
-    Table force;
-    force.caption = "Outcome of every closed-loop run (first process)";
-    force.folded = true;
-    force.columns = {{"scene", false},
-                     {"detector + response (contact generator)", false},
-                     {"pairs per tick, mean / max", true},
-                     {"residual penetration, median / max / final (mm)", true, Metric::residual_penetration_max_m},
-                     {"largest force (N)", true, Metric::force_max_n},
-                     {"force jump, p99 / max (N per tick)", true, Metric::force_jump_max_n},
-                     {"force without touch (mm)", true, Metric::force_without_touch_m},
-                     {"force flips (ticks)", true, Metric::force_flips},
-                     {"largest strain", true, Metric::max_strain},
-                     {"ruptures", true, Metric::ruptures},
-                     {"same state in every process", false}};
-    bool any_undecided = false;
-    for (const std::string& scene : draft.results.scenes("closed_loop")) {
-        std::vector<std::pair<const RunFigures*, std::size_t>> seen;  // of a motion, and its row
-        for (const Method& method : methods) {
-            const SceneResult* result = draft.results.find(method, scene);
-            if (result == nullptr || !result->ok()) continue;
-            const RunFigures& f = result->runs.front();
-            const std::string same = result->runs.size() < 2 ? "n/a (one process)" : yes_no(result->repeatable());
-            const auto twin =
-                std::find_if(seen.begin(), seen.end(), [&f](const auto& one) { return same_motion(*one.first, f); });
-            if (twin != seen.end()) {
-                std::string& names = force.rows[twin->second].cells.at(1);
-                names += (names.find(", moving alike: ") == std::string::npos ? ", moving alike: " : ", ") +
-                         code(method.label());
-                continue;
-            }
-            seen.emplace_back(&f, force.rows.size());
-            any_undecided = any_undecided || f[Metric::side_undecided_max] > 0.0;
-            force.rows.push_back(
-                {.cells = {scene, code(method.label()),
-                           format_number(f[Metric::pairs_mean]) + " / " + count_text(f[Metric::pairs_max]),
-                           std::isnan(f[Metric::residual_penetration_max_m])
-                               ? "n/a"
-                               : format_number(f[Metric::residual_penetration_median_m] * mm) + " / " +
-                                     format_number(f[Metric::residual_penetration_max_m] * mm) + " / " +
-                                     format_number(f[Metric::residual_penetration_final_m] * mm) +
-                                     undecided_text(f[Metric::side_undecided_max]),
-                           format_number(f[Metric::force_max_n]),
-                           (std::isnan(f[Metric::force_jump_p99_n]) ? "n too small"
-                                                                    : format_number(f[Metric::force_jump_p99_n])) +
-                               " / " + format_number(f[Metric::force_jump_max_n]),
-                           std::isnan(f[Metric::force_without_touch_m])
-                               ? "n/a"
-                               : format_number(f[Metric::force_without_touch_m] * mm),
-                           count_text(f[Metric::force_flips]), format_number(f[Metric::max_strain]),
-                           count_text(f[Metric::ruptures]), same}});
-        }
-    }
-    force.note = "Who moves alike, bit by bit, stands in one row; its pairs are those of the first.";
-    if (any_undecided) force.note += " " + std::string(undecided_note);
+    Table force = table_of(draft, force_table(draft.most_processes("closed_loop")));
+    note_undecided(draft, force);
     draft.add(std::move(force));
     course_charts(draft, methods);
 }

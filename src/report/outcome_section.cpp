@@ -1,79 +1,13 @@
+#include "report/metric_table.hpp"
 #include "report/sections.hpp"
 
 #include <fmt/format.h>
 
 #include <cmath>
-#include <functional>
 #include <map>
 
 namespace trocar {
 namespace {
-
-std::string two(double first, double second, double scale = 1.0) {
-    if (std::isnan(first) && std::isnan(second)) return "n/a";
-    return scaled(first, scale) + " / " + scaled(second, scale);
-}
-
-using Cells = std::function<std::vector<std::string>(const RunFigures&)>;
-
-/// Methods on one scene that moved alike, bit by bit.
-struct Motion {
-    const RunFigures* run = nullptr;  ///< of the first method, first process
-    std::vector<const Method*> methods;
-};
-
-/// The different motions of the closed-loop runs that ended well, in the order of `methods`, which they point into.
-std::vector<Motion> motions_of(const Draft& draft, const std::string& scene, const std::vector<Method>& methods) {
-    std::vector<Motion> motions;
-    for (const Method& method : methods) {
-        const SceneResult* result = draft.results.find(method, scene);
-        if (result == nullptr || !result->ok()) continue;
-        const RunFigures& run = result->runs.front();
-        const auto found = std::find_if(motions.begin(), motions.end(),
-                                        [&run](const Motion& motion) { return same_motion(*motion.run, run); });
-        if (found == motions.end()) {
-            motions.push_back({&run, {&method}});
-        } else {
-            found->methods.push_back(&method);
-        }
-    }
-    return motions;
-}
-
-/// "`fcl_bvh + penalty (intersection)`, moving alike: `ohc`"
-std::string who_text(const Motion& motion) {
-    const Method& first = *motion.methods.front();
-    std::string text = code(first.label());
-    for (std::size_t i = 1; i < motion.methods.size(); ++i) {
-        const Method& other = *motion.methods[i];
-        text +=
-            (i == 1 ? ", moving alike: " : ", ") +
-            code(other.contacts == first.contacts && other.response == first.response ? other.detector : other.label());
-    }
-    return text;
-}
-
-/// One row per different motion.
-Table rows_per_motion(const Draft& draft, const std::string& caption, const std::vector<Column>& columns,
-                      const Cells& cells_of) {
-    Table table;
-    table.caption = caption;
-    table.folded = true;
-    table.columns = {{"class", false}, {"scene", false}, {"detector + response (contact generator)", false}};
-    table.columns.insert(table.columns.end(), columns.begin(), columns.end());
-    const std::vector<Method> methods = draft.results.methods("closed_loop");
-    for (const auto& [name, scenes] : draft.scenes_by_class()) {
-        for (const std::string& scene : scenes) {
-            for (const Motion& motion : motions_of(draft, scene, methods)) {
-                std::vector<std::string> cells{name, scene, who_text(motion)};
-                const std::vector<std::string> figures = cells_of(*motion.run);
-                cells.insert(cells.end(), figures.begin(), figures.end());
-                table.rows.push_back({.cells = std::move(cells)});
-            }
-        }
-    }
-    return table;
-}
 
 /// How a run stands 200 ms after the tool has come to rest, the worst last.
 enum class Settled { ends_before, cleared, torn, not_cleared };
@@ -104,6 +38,15 @@ std::string settled_text(const RunFigures& run) {
 std::string hard_reference_text(const RunFigures& run) {
     return std::isnan(run[Metric::reference_clears_hard]) ? "no reference"
                                                           : yes_no(run[Metric::reference_clears_hard] > 0.0);
+}
+
+std::string uncleared_text(const RunFigures& run) {
+    return std::isnan(run[Metric::uncleared]) ? "n/a" : yes_no(run[Metric::uncleared] > 0.0);
+}
+
+std::string wrong_side_text(const RunFigures& run) {
+    return count_text(run[Metric::wrong_side_vertices_max]) + " / " +
+           count_text(run[Metric::wrong_side_vertices_last]) + undecided_text(run[Metric::side_undecided_max]);
 }
 
 /// One response on one scene, over the detectors of the study.
@@ -173,19 +116,64 @@ Table settled_matrix(const Draft& draft) {
 }
 
 /// Depth 200 ms after the tool has come to rest, and why it is what it is.
-Table settled_table(const Draft& draft) {
-    Table table =
-        rows_per_motion(draft, "200 ms after the last key of the motion, motion by motion",
-                        {{"residual penetration (mm)", true},
-                         {"hard contact clears it within the strain limit", false, Metric::reference_clears_hard},
-                         {"ruptures", true, Metric::ruptures},
-                         {"verdict", false}},
-                        [](const RunFigures& run) -> std::vector<std::string> {
-                            return {scaled(run[Metric::residual_penetration_settled_m], mm), hard_reference_text(run),
-                                    count_text(run[Metric::ruptures]), settled_text(run)};
-                        });
-    std::erase_if(table.rows, [](const TableRow& row) { return row.cells.back() == "run ends before"; });
-    return table;
+MetricTable settled_table() {
+    return {
+        .caption = "200 ms after the last key of the motion, motion by motion",
+        .mode = "closed_loop",
+        .rows = MetricTable::Rows::motion,
+        .columns =
+            {{.header = "residual penetration (mm)", .metric = Metric::residual_penetration_settled_m, .scale = mm},
+             {.header = "hard contact clears it within the strain limit",
+              .metric = Metric::reference_clears_hard,
+              .text = of_first(hard_reference_text)},
+             {.header = "ruptures", .metric = Metric::ruptures, .count = true},
+             {.header = "verdict", .metric = Metric::residual_penetration_settled_m, .text = of_first(settled_text)}},
+        .keep = [](const SceneResult& result) { return settled(result.runs.front()) != Settled::ends_before; }};
+}
+
+MetricTable clearing_table() {
+    return {
+        .caption = "Clearing",
+        .mode = "closed_loop",
+        .rows = MetricTable::Rows::motion,
+        .columns = {{.header = "ticks to clear, median / max",
+                     .metric = Metric::ticks_to_clear_median,
+                     .second = Metric::ticks_to_clear_max},
+                    {.header = "residual at the end", .metric = Metric::uncleared, .text = of_first(uncleared_text)},
+                    {.header = "re-penetrations", .metric = Metric::re_penetrations, .count = true},
+                    {.header = "overshoot, max (mm)", .metric = Metric::overshoot_max_m, .scale = mm},
+                    {.header = "wrong-side vertices, max / last",
+                     .metric = Metric::wrong_side_vertices_max,
+                     .text = of_first(wrong_side_text)},
+                    {.header = "overlap volume, max (mm³)",
+                     .metric = Metric::overlap_volume_max_m3,
+                     .scale = mm * mm * mm},
+                    {.header = "minimum translation, max (mm)", .metric = Metric::min_translation_max_m, .scale = mm},
+                    {.header = "strain over the limit, max", .metric = Metric::strain_over_max}},
+        .note =
+            "Ticks to clear: from the first tick of a spell to the first clear one; n/a: no spell ended. "
+            "Overshoot: gap within 20 ticks after a depth, less what scripts moved. Overlap volume and minimum "
+            "translation (over 26 directions) need two closed bodies."};
+}
+
+MetricTable signal_table() {
+    return {.caption = "Force quality and audit",
+            .mode = "closed_loop",
+            .rows = MetricTable::Rows::motion,
+            .columns = {{.header = "force error, worst, equal k / hard (N)",
+                         .metric = Metric::force_error_worst_equal_k,
+                         .second = Metric::force_error_worst_hard,
+                         .unknown = "no reference"},
+                        {.header = "force above 30 Hz, RMS (N) / share",
+                         .metric = Metric::force_above_30hz_rms_n,
+                         .second = Metric::force_above_30hz_share},
+                        {.header = "direction flips (ticks)", .metric = Metric::force_flips, .count = true},
+                        {.header = "momentum error (share)", .metric = Metric::momentum_residual_share},
+                        {.header = "energy error (share)", .metric = Metric::energy_residual_share}},
+            .note =
+                "Before any filter. Momentum error: largest momentum at any time that the audit of tissue and "
+                "operators does not account for, over the summed impulses. Energy error: the same of energy, over "
+                "all energy entered; n/a where nothing yields."};
 }
 
 }  // namespace
@@ -197,59 +185,12 @@ void add_outcome(Draft& draft) {
         "All from geometry on the frame after the step, never from a response's own words. A spell is a stretch of "
         "ticks with more than 0.1 mm of depth; its length is known to the judged ticks. Scripts that hold the tool in "
         "the tissue make long spells for every response: compare rows of one scene.");
-    bool any_undecided = false;
-    Table clearing =
-        rows_per_motion(draft, "Clearing",
-                        {{"ticks to clear, median / max", true, Metric::ticks_to_clear_max},
-                         {"residual at the end", false, Metric::residual_penetration_final_m},
-                         {"re-penetrations", true, Metric::re_penetrations},
-                         {"overshoot, max (mm)", true, Metric::overshoot_max_m},
-                         {"wrong-side vertices, max / last", true, Metric::wrong_side_vertices_max},
-                         {"overlap volume, max (mm³)", true, Metric::overlap_volume_max_m3},
-                         {"minimum translation, max (mm)", true, Metric::min_translation_max_m},
-                         {"strain over the limit, max", true, Metric::strain_over_max}},
-                        [&any_undecided](const RunFigures& run) -> std::vector<std::string> {
-                            any_undecided = any_undecided || run[Metric::side_undecided_max] > 0.0;
-                            return {two(run[Metric::ticks_to_clear_median], run[Metric::ticks_to_clear_max]),
-                                    std::isnan(run[Metric::uncleared]) ? "n/a" : yes_no(run[Metric::uncleared] > 0.0),
-                                    count_text(run[Metric::re_penetrations]),
-                                    scaled(run[Metric::overshoot_max_m], mm),
-                                    count_text(run[Metric::wrong_side_vertices_max]) + " / " +
-                                        count_text(run[Metric::wrong_side_vertices_last]) +
-                                        undecided_text(run[Metric::side_undecided_max]),
-                                    scaled(run[Metric::overlap_volume_max_m3], mm * mm * mm),
-                                    scaled(run[Metric::min_translation_max_m], mm),
-                                    scaled(run[Metric::strain_over_max])};
-                        });
-    clearing.note =
-        "Ticks to clear: from the first tick of a spell to the first clear one; n/a: no spell ended. Overshoot: gap "
-        "within 20 ticks after a depth, less what scripts moved. Overlap volume and minimum translation (over 26 "
-        "directions) need two closed bodies.";
-    if (any_undecided) clearing.note += " " + std::string(undecided_note);
+    Table clearing = table_of(draft, clearing_table());
+    note_undecided(draft, clearing);
     draft.add(std::move(clearing));
-    Table signal = rows_per_motion(
-        draft, "Force quality and audit",
-        {{"force error, worst, equal k / hard (N)", true, Metric::force_error_worst_equal_k},
-         {"force above 30 Hz, RMS (N) / share", true, Metric::force_above_30hz_rms_n},
-         {"direction flips (ticks)", true, Metric::force_flips},
-         {"momentum error (share)", true, Metric::momentum_residual_share},
-         {"energy error (share)", true, Metric::energy_residual_share}},
-        [](const RunFigures& run) -> std::vector<std::string> {
-            const bool reference =
-                !std::isnan(run[Metric::force_error_worst_equal_k]) || !std::isnan(run[Metric::force_error_worst_hard]);
-            return {reference ? two(run[Metric::force_error_worst_equal_k], run[Metric::force_error_worst_hard])
-                              : "no reference",
-                    two(run[Metric::force_above_30hz_rms_n], run[Metric::force_above_30hz_share]),
-                    count_text(run[Metric::force_flips]), scaled(run[Metric::momentum_residual_share]),
-                    scaled(run[Metric::energy_residual_share])};
-        });
-    signal.note =
-        "Before any filter. Momentum error: largest momentum at any time that the audit of tissue and operators does "
-        "not account for, over the summed impulses. Energy error: the same of energy, over all energy entered; n/a "
-        "where nothing yields.";
-    draft.add(std::move(signal));
+    draft.add(table_of(draft, signal_table()));
     draft.add(settled_matrix(draft));
-    draft.add(settled_table(draft));
+    draft.add(table_of(draft, settled_table()));
 }
 
 }  // namespace trocar

@@ -12,55 +12,50 @@
 
 #include "measure/statistics.hpp"
 #include "report/chart.hpp"
+#include "report/metric_table.hpp"
 
 namespace trocar {
 namespace {
 
-Table latency_table(const Draft& draft, const std::string& mode) {
-    Table table;
-    table.columns = {{"scene", false},
-                     {mode == "replay" ? "detector" : "detector + response (contact generator)", false},
-                     {"n per process (ticks)", true, Metric::timed_ticks},
-                     {"p50 (µs)", true, Metric::total_median_ns},
-                     {"p90 (µs)", true, Metric::total_p90_ns},
-                     {"p99 (µs)", true, Metric::total_p99_ns},
-                     {"max (µs)", true, Metric::total_max_ns},
-                     {"first contact (µs)", true, Metric::total_cold_ns},
-                     {"misses at 1 ms", true, Metric::deadline_misses},
-                     {"longest burst (ticks)", true, Metric::longest_burst},
-                     {"work, max / median", true, Metric::work_max},
-                     {"allocations per tick", true, Metric::allocations_median}};
-    const bool integrates = mode == "closed_loop";
-    if (integrates) table.columns.insert(table.columns.begin() + 3, {"sub-steps per tick", true, Metric::substeps});
-    table.folded = true;
-    for (const std::string& scene : draft.results.scenes(mode)) {
-        for (const Method& method : draft.results.methods(mode)) {
-            const SceneResult* result = draft.results.find(method, scene);
-            if (result == nullptr || !result->ok()) continue;
-            const auto time = [result](Metric metric) { return estimate_text(result->of(metric), us); };
-            const Estimate p99 = result->of(Metric::total_p99_ns);
-            double misses = 0.0;
-            double ticks = 0.0;
-            double burst = 0.0;
-            for (const RunFigures& run : result->runs) {
-                misses += run[Metric::deadline_misses];
-                ticks += run[Metric::timed_ticks];
-                burst = std::max(burst, run[Metric::longest_burst]);
-            }
-            const double work = result->first(Metric::work_max) / result->first(Metric::work_median);
-            const double largest = result->of(Metric::total_max_ns).high;
-            table.rows.push_back(
-                {.cells = {scene, code(method.label()), count_text(result->first(Metric::timed_ticks)),
-                           time(Metric::total_median_ns), time(Metric::total_p90_ns),
-                           std::isnan(p99.value) ? "n too small" : estimate_text(p99, us), format_number(largest * us),
-                           time(Metric::total_cold_ns), fmt::format("{:.0f} of {:.0f}", misses, ticks),
-                           count_text(burst), std::isfinite(work) ? format_number(work) : "n/a",
-                           format_number(result->first(Metric::allocations_median))}});
-            if (!integrates) continue;
-            std::vector<std::string>& cells = table.rows.back().cells;
-            cells.insert(cells.begin() + 3, count_text(result->first(Metric::substeps)));
-        }
+std::string misses_text(const SceneResult& result) {
+    double misses = 0.0;
+    double ticks = 0.0;
+    for (const RunFigures& run : result.runs) {
+        misses += run[Metric::deadline_misses];
+        ticks += run[Metric::timed_ticks];
     }
+    return fmt::format("{:.0f} of {:.0f}", misses, ticks);
+}
+
+std::string work_text(const SceneResult& result) {
+    const double work = result.first(Metric::work_max) / result.first(Metric::work_median);
+    return std::isfinite(work) ? format_number(work) : "n/a";
+}
+
+MetricTable latency_table(const std::string& mode, const std::string& caption) {
+    constexpr auto interval = Processes::interval;
+    MetricTable table{.caption = caption, .mode = mode, .columns = {}};
+    table.columns = {{.header = "n per process (ticks)", .metric = Metric::timed_ticks, .count = true}};
+    if (mode == "closed_loop")
+        table.columns.push_back({.header = "sub-steps per tick", .metric = Metric::substeps, .count = true});
+    const std::vector<MetricColumn> times{
+        {.header = "p50 (µs)", .metric = Metric::total_median_ns, .processes = interval, .scale = us},
+        {.header = "p90 (µs)", .metric = Metric::total_p90_ns, .processes = interval, .scale = us},
+        {.header = "p99 (µs)",
+         .metric = Metric::total_p99_ns,
+         .processes = interval,
+         .scale = us,
+         .unknown = "n too small"},
+        {.header = "max (µs)", .metric = Metric::total_max_ns, .processes = Processes::highest, .scale = us},
+        {.header = "first contact (µs)", .metric = Metric::total_cold_ns, .processes = interval, .scale = us},
+        {.header = "misses at 1 ms", .metric = Metric::deadline_misses, .text = misses_text},
+        {.header = "longest burst (ticks)",
+         .metric = Metric::longest_burst,
+         .processes = Processes::highest,
+         .count = true},
+        {.header = "work, max / median", .metric = Metric::work_max, .text = work_text},
+        {.header = "allocations per tick", .metric = Metric::allocations_median}};
+    table.columns.insert(table.columns.end(), times.begin(), times.end());
     return table;
 }
 
@@ -79,13 +74,10 @@ void add_latency(Draft& draft) {
                : "The paced 1 kHz loop is not part of this study: misses here are ticks that took longer than 1 ms.") +
         " First contact: the first tick with a pair, warm-up or not. \"max\" is the machine's too: judge a method by "
         "its work column.");
-    Table replay = latency_table(draft, "replay");
-    replay.caption = "Detectors (update + detect)";
+    MetricTable replay = latency_table("replay", "Detectors (update + detect)");
     replay.folded = false;
-    draft.add(std::move(replay));
-    Table closed = latency_table(draft, "closed_loop");
-    closed.caption = "Whole ticks in the closed loop";
-    draft.add(std::move(closed));
+    draft.add(table_of(draft, replay));
+    draft.add(table_of(draft, latency_table("closed_loop", "Whole ticks in the closed loop")));
 }
 
 void add_stages(Draft& draft) {
