@@ -10,7 +10,8 @@ namespace trocar {
 
 /// Writes three tables. `results`: rows and columns of results.csv, numbers as REAL, words as TEXT, an empty cell as
 /// NULL. `facts`: environment of every run by run_id and key. `metrics`: figures.csv. An existing file is replaced
-/// by the complete new one. Throws InputError for a file that cannot be written, and for two records of one run.
+/// by the complete new one. Throws InputError for a file that cannot be written, two records of one run, and column
+/// names that differ in case alone.
 void write_run_database(const std::vector<Record>& records, const std::filesystem::path& file);
 
 }  // namespace trocar

@@ -187,11 +187,10 @@ RunTable::RunTable(std::span<const Record> records) : records_(records), words_(
 
 RunValue RunTable::value(std::size_t row, std::size_t column) const {
     const RunColumn& wanted = columns_[column];
-    const auto word = words_[row].find(wanted.name);
-    if (word != words_[row].end()) {
-        return {.word = word->second, .number = wanted.number ? number_of(word->second) : std::nan("")};
-    }
-    return {.word = {}, .number = value_of(records_[row].summary, wanted.metric.value())};
+    if (wanted.metric) return {.word = {}, .number = value_of(records_[row].summary, *wanted.metric)};
+    const auto found = words_[row].find(wanted.name);  // a parameter of other methods has no entry
+    const std::string word = found == words_[row].end() ? "" : found->second;
+    return {.word = word, .number = wanted.number ? number_of(word) : std::nan("")};
 }
 
 std::string RunTable::text(std::size_t row, std::size_t column) const {
