@@ -79,9 +79,13 @@ const std::vector<PlainColumn>& plain_before() {
          [](const Record& r) { return r.spec.mode; }},
         {word("scene", "Name of the scene; empty: all scenes, for methods that cannot run together"),
          [](const Record& r) { return r.spec.scene; }},
-        {word("pair_class", "Kinds of the bodies that meet: I instrument, R rigid, T tissue; empty: none, or no scene"),
+        {word(
+             "pair_class",
+             "Kinds of the bodies that meet: I instrument, R rigid, T tissue; empty: two meshes, or no scene was read"),
          [](const Record& r) { return r.spec.pair_class; }},
-        {word("method", "Method as reports print it: detector + response (contact generator) by stepper; never empty"),
+        {word("method",
+              "Method as reports print it: detector + response (contact generator) by stepper; empty: no detector and "
+              "no response"),
          [](const Record& r) { return method_of(r.spec).label(); }},
     };
     return list;
@@ -118,8 +122,8 @@ const std::vector<PlainColumn>& plain_after() {
          [](const Record& r) { return r.spec.scene_hash; }},
         {word("frames_hash", "Hash over all frames of a replay, hexadecimal; empty: no replay, or a failed one", "run"),
          [](const Record& r) { return r.frames_hash; }},
-        {word("state_hash", "Hash over the last frame of a closed loop, hexadecimal; empty: none, or a failed one",
-              "run"),
+        {word("state_hash",
+              "Hash over the last frame of a closed loop, hexadecimal; empty: no closed loop, or a failed one", "run"),
          [](const Record& r) { return r.state_hash; }},
     };
     return list;
