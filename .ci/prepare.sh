@@ -4,7 +4,7 @@
 # What the build and the default study need.
 base_packages=(
     g++ cmake ninja-build pkg-config git ca-certificates
-    libeigen3-dev libfmt-dev nlohmann-json3-dev libcli11-dev libboost-dev libhwy-dev zlib1g-dev
+    libeigen3-dev libfmt-dev nlohmann-json3-dev libcli11-dev libboost-dev libhwy-dev zlib1g-dev libsqlite3-dev
     libfcl-dev libccd-dev libode-dev
     libgtest-dev libbenchmark-dev
 )

@@ -24,13 +24,13 @@ OFFSET_MM = 0.02 * 5.0
 
 
 def read(path):
-    """Rows with `method`, NAME:key=value as on a command line, from the columns response and response.KEY."""
+    """Closed loops with `law`, NAME:key=value as on a command line, from the columns response and response.KEY."""
     with open(path, newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["mode"] == "closed_loop"]
     for row in rows:
         given = [f"{key.removeprefix('response.')}={value}" for key, value in sorted(row.items())
                  if key.startswith("response.") and value]
-        row["method"] = row["response"] + (":" + ",".join(given) if given else "")
+        row["law"] = row["response"] + (":" + ",".join(given) if given else "")
     return rows
 
 
@@ -56,7 +56,7 @@ def family(method):
 def search(rows):
     runs = defaultdict(list)
     for row in rows:
-        runs[(row["method"], row["contacts"])].append(row)
+        runs[(row["law"], row["contacts"])].append(row)
     scenes = len({row["scene"] for row in rows})
     best = defaultdict(list)
     for (method, contacts), list_of in runs.items():
@@ -83,14 +83,14 @@ def search(rows):
 
 
 def factors_of(row):
-    name, given = parameters(row["method"])
+    name, given = parameters(row["law"])
     return {"side information": row["contacts"], "look-ahead": given.get("look_ahead", "0.1"),
             "stiffness": given.get("k", "auto"), "law": name}
 
 
 def step_of(row):
     """What a run changes beside the factors; empty: nothing."""
-    _, given = parameters(row["method"])
+    _, given = parameters(row["law"])
     usual = "0.02" if given.get("k") == "100" else "0.003"
     changes = []
     if given.get("relaxation_time") != usual:

@@ -257,6 +257,11 @@ int run_command(int argc, char** argv) {
     sub->add_option("--format", table_options.format, "md, tex (one file to \\input, fits a two-column page) or csv")
         ->check(CLI::IsMember({"md", "tex", "csv"}))
         ->capture_default_str();
+    CLI::Option* sqlite = sub->add_option(
+        "--sqlite", table_options.sqlite,
+        "Print no table: write every run to this file, an SQLite database with the tables results (columns of "
+        "results.csv), facts and metrics");
+    for (const char* choice : {"--columns", "--where", "--sort", "--format"}) sqlite->excludes(choice);
     line.on(sub, table_options, table);
 
     DetectOptions detect_options;

@@ -1,4 +1,4 @@
-// `trocar table`: a table for a paper out of stored records, on standard output.
+// `trocar table`: a table for a paper out of stored records, on standard output, or all of them as a database.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -6,12 +6,15 @@
 
 #include "app/commands.hpp"
 #include "report/report.hpp"
+#include "report/run_database.hpp"
 #include "report/table_choice.hpp"
 
 namespace trocar::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+void print(const Json& document) { fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace)); }
 
 void print_json(const ChosenTable& table) {
     Json document{{"columns", Json::array()}, {"rows", Json::array()}, {"notes", table.notes}};
@@ -29,7 +32,7 @@ void print_json(const ChosenTable& table) {
         }
         document["rows"].push_back(std::move(cells));
     }
-    fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+    print(document);
 }
 
 }  // namespace
@@ -37,8 +40,14 @@ void print_json(const ChosenTable& table) {
 int table(const CommonOptions& common, const TableOptions& options) {
     const std::filesystem::path file =
         std::filesystem::is_directory(options.records) ? options.records / "records.jsonl" : options.records;
+    const std::vector<Record> records = read_records(file);
+    if (options.sqlite) {
+        write_run_database(records, *options.sqlite);
+        if (common.json) print({{"file", options.sqlite->string()}, {"runs", records.size()}});
+        return done;
+    }
     const ChosenTable chosen =
-        choose_table(read_records(file), {.columns = options.columns, .where = options.where, .sort = options.sort});
+        choose_table(records, {.columns = options.columns, .where = options.where, .sort = options.sort});
     for (const std::string& note : chosen.notes) fmt::print(stderr, "trocar: {}\n", note);
     if (common.json) {
         print_json(chosen);

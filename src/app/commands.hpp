@@ -132,6 +132,8 @@ struct TableOptions {
     std::vector<std::string> where;    ///< NAME=VALUE or NAME!=VALUE
     std::vector<std::string> sort;     ///< NAME[:desc]
     std::string format = "md";         ///< md | tex | csv
+    /// database with all runs instead of a printed table
+    std::optional<std::filesystem::path> sqlite = {};
 };
 int table(const CommonOptions& common, const TableOptions& options);
 

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <optional>
 
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/json_depth.hpp"
 #include "geometry/number_text.hpp"
@@ -364,17 +365,26 @@ std::vector<ContactEvent> events_from_json(const Reader& reader, const Json& jso
     return events;
 }
 
+Json spec_to_json(const RunSpec& spec) {
+    Json json = Json::object();
+    visit_spec(spec, [&json](const char* name, const auto& value) { json[name] = to_json(value); });
+    visit_optional_spec(spec, [&json](const char* name, const std::string& value) {
+        if (!value.empty()) json[name] = value;
+    });
+    if (spec.detail_stride != 1) json["detail_stride"] = spec.detail_stride;
+    if (spec.between_ticks) json["between_ticks"] = true;
+    return json;
+}
+
+/// A method's message may hold any bytes; a record must stay readable.
+std::string line_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
 }  // namespace
 
 std::string to_json_line(const Record& record) {
-    Json spec = Json::object();
-    visit_spec(record.spec, [&spec](const char* name, const auto& value) { spec[name] = to_json(value); });
-    visit_optional_spec(record.spec, [&spec](const char* name, const std::string& value) {
-        if (!value.empty()) spec[name] = value;
-    });
     Json summary = Json::object();
     for (const auto& [metric, value] : record.summary) summary[std::string(info_of(metric).name)] = to_json(value);
-    Json json{{"spec", spec},
+    Json json{{"spec", spec_to_json(record.spec)},
               {"outcome", name_of(record.outcome.kind)},
               {"message", record.outcome.message},
               {"frames_hash", record.frames_hash},
@@ -382,13 +392,14 @@ std::string to_json_line(const Record& record) {
               {"environment", record.environment},
               {"summary", summary},
               {"rows", rows_to_json(record.rows)}};
-    if (record.spec.detail_stride != 1) json["spec"]["detail_stride"] = record.spec.detail_stride;
-    if (record.spec.between_ticks) {
-        json["spec"]["between_ticks"] = true;
-        json["events"] = events_to_json(record.events);
-    }
-    // A method's message may hold any bytes; a record must stay readable.
-    return json.dump(-1, ' ', false, Json::error_handler_t::replace);
+    if (record.spec.between_ticks) json["events"] = events_to_json(record.events);
+    return line_of(json);
+}
+
+std::string run_id(const RunSpec& spec) {
+    FnvHash hash;
+    hash.add_text(line_of(spec_to_json(spec)));
+    return hash.text();
 }
 
 Record record_from_json_line(const std::string& line, const std::string& file, std::int64_t line_number) {

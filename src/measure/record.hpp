@@ -59,6 +59,9 @@ struct Record {
     std::vector<StepRow> rows;
 };
 
+/// Name of a run: a hash over its specification alone, 16 hexadecimal digits. Measuring a run again does not change it.
+std::string run_id(const RunSpec& spec);
+
 /// One JSON line without a newline; non-finite numbers are null (NaN again when read). Numbers have the fewest digits
 /// that restore the same bits. Rows are stored by column, and unset columns are left out. Columns that are constant,
 /// count up, or are set on every k-th tick only have a short form.

@@ -22,8 +22,7 @@ void add_failures(Draft& draft) {
     for (const RunFigures& run : draft.results.runs()) {
         const RunSpec& spec = run.record->spec;
         if (spec.mode == "hard_case") continue;  // reported in the matrix, where a failure may be the right answer
-        const Method method{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper};
-        const Key key{spec.mode, method.label(), spec.scene.empty() ? "all scenes" : spec.scene,
+        const Key key{spec.mode, method_of(spec).label(), spec.scene.empty() ? "all scenes" : spec.scene,
                       outcome_text(run.record->outcome)};
         const OutcomeKind kind = run.record->outcome.kind;
         if (kind == OutcomeKind::absent || kind == OutcomeKind::unsupported) {

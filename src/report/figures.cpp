@@ -148,6 +148,8 @@ std::string Method::label() const {
     return text + by_stepper(stepper);
 }
 
+Method method_of(const RunSpec& spec) { return {spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper}; }
+
 bool SceneResult::ok() const {
     return !runs.empty() && std::all_of(runs.begin(), runs.end(), [](const RunFigures& run) { return run.ok(); });
 }
@@ -193,8 +195,7 @@ Results::Results(const std::vector<Record>& records) {
         const RunSpec& spec = record.spec;
         if (spec.scene.empty()) continue;   // reported once for all scenes: an unanswerable combination
         if (!spec.point.empty()) continue;  // a knob that is turned makes another run, not another process of the same
-        by_method_[{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper}][spec.scene].runs.push_back(
-            runs_.back());
+        by_method_[method_of(spec)][spec.scene].runs.push_back(runs_.back());
         if (!spec.pair_class.empty()) class_of_scene_[spec.scene] = spec.pair_class;
     }
     for (auto& [method, scenes] : by_method_) {

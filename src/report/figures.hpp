@@ -80,6 +80,7 @@ struct Method {
     /// "ohc + penalty (intersection)", and " by implicit" where the stepper is not the default one
     [[nodiscard]] std::string label() const;
 };
+Method method_of(const RunSpec& spec);
 
 /// One method combination on one scene, processes in order of repetition.
 struct SceneResult {

@@ -15,9 +15,8 @@ namespace trocar {
 namespace {
 
 std::string name_of_run(const RunSpec& spec) {
-    const Method method{spec.mode, spec.detector, spec.response, spec.contacts, spec.stepper};
     std::string text =
-        fmt::format("{} {}: {}", spec.mode, spec.scene.empty() ? "all scenes" : spec.scene, method.label());
+        fmt::format("{} {}: {}", spec.mode, spec.scene.empty() ? "all scenes" : spec.scene, method_of(spec).label());
     if (!spec.point.empty()) text += fmt::format(" [{} {}]", spec.knob, spec.point);
     return text;
 }

@@ -71,7 +71,7 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     report.files["report.md"] = page_one_to_markdown(draft.document, "report.html");
     if (interactive) report.files[charts_file] = web::charts_script();
     report.files["report.html"] = to_html(draft.document);
-    report.files.merge(results_files(records, draft.mode));
+    report.files.merge(results_files(records));
     report.page_one = terminal_text(draft);
     report.document = std::move(draft.document);
     return report;

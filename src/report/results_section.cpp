@@ -48,8 +48,8 @@ void add_rebuild(Draft& draft) {
                               common_fact(draft.records, "study.file"))});
     draft.paragraph(
         "`records.jsonl`: every run with its specification, environment and ticks (of a closed loop the judged ones). "
-        "`results.csv`: one row per run, other kinds of runs in `results_KIND.csv`; `figures.csv`: what their columns "
-        "mean. `charts/`: the drawings. `trocar table DIR --format tex`: a table for a paper.");
+        "`results.csv`: one row per run, of every mode; `figures.csv`: meanings of its columns. `charts/`: the "
+        "drawings. `trocar table DIR --format tex`: a table for a paper.");
 }
 
 }  // namespace trocar

@@ -8,6 +8,7 @@
 
 #include "measure/metrics.hpp"
 #include "report/document.hpp"
+#include "report/figures.hpp"
 
 namespace trocar {
 namespace {
@@ -38,18 +39,24 @@ NamedValues taken_apart(const std::string& text, bool has_name) {
 struct Choice {
     const char* column;
     std::string RunSpec::*text;
-    bool has_name;
-    const char* meaning;
+    const char* meaning;  ///< of the column with the method's name; null: settings without one
+    const char* setting;  ///< meaning of a column KEY.VALUE with {} for the value's name
 };
 
 const std::vector<Choice>& choices() {
     static const std::vector<Choice> list{
-        {"detector", &RunSpec::detector, true, "Detector"},
-        {"response", &RunSpec::response, true, "Response; empty: none, frames from the scene's own stream"},
-        {"contacts", &RunSpec::contacts, true, "Contact generator; empty: none"},
-        {"stepper", &RunSpec::stepper, true, "What moves the tissue; empty: the default one"},
-        {"device", &RunSpec::device, false, "what shows the force on the tool"},
-        {"overrides", &RunSpec::overrides, false, "the scene that was turned; empty: as its file says"},
+        {"detector", &RunSpec::detector, "Detector; empty: none",
+         "Parameter {} of the detector, as in `trocar list`; empty: its default, or a detector without it"},
+        {"response", &RunSpec::response, "Response; empty: none, frames from the scene's own stream",
+         "Parameter {} of the response, as in `trocar list`; empty: its default, or a response without it"},
+        {"contacts", &RunSpec::contacts, "Contact generator; empty: none",
+         "Parameter {} of the contact generator, as in `trocar list`; empty: its default, or a generator without it"},
+        {"stepper", &RunSpec::stepper, "Stepper, which moves the tissue; empty: the default one",
+         "Parameter {} of the stepper, as in `trocar list`; empty: its default, or a stepper without it"},
+        {"device", &RunSpec::device, nullptr,
+         "Setting {} of the device, which shows the force on the tool; empty: a run without a response"},
+        {"overrides", &RunSpec::overrides, nullptr,
+         "Value of {} that the study sets in the scene; empty: as the scene's file says"},
     };
     return list;
 }
@@ -65,11 +72,21 @@ const std::vector<PlainColumn>& plain_before() {
         return RunColumn{name, "text", "neither", meaning, "specification", false};
     };
     static const std::vector<PlainColumn> list{
-        {word("study", "Name of the study"), [](const Record& r) { return r.spec.study; }},
-        {word("mode", "Kind of run"), [](const Record& r) { return r.spec.mode; }},
-        {word("scene", "Name of the scene"), [](const Record& r) { return r.spec.scene; }},
-        {word("pair_class", "Kinds of the two bodies: I instrument, R rigid, T tissue"),
+        {word("run_id", "Name of the run, unique in the study: hash over its specification, hexadecimal; never empty"),
+         [](const Record& r) { return run_id(r.spec); }},
+        {word("study", "Name of the study; empty: it has none"), [](const Record& r) { return r.spec.study; }},
+        {word("mode", "Kind of run, such as replay or closed_loop; never empty"),
+         [](const Record& r) { return r.spec.mode; }},
+        {word("scene", "Name of the scene; empty: all scenes, for methods that cannot run together"),
+         [](const Record& r) { return r.spec.scene; }},
+        {word(
+             "pair_class",
+             "Kinds of the bodies that meet: I instrument, R rigid, T tissue; empty: two meshes, or no scene was read"),
          [](const Record& r) { return r.spec.pair_class; }},
+        {word("method",
+              "Method as reports print it: detector + response (contact generator) by stepper; empty: no detector and "
+              "no response"),
+         [](const Record& r) { return method_of(r.spec).label(); }},
     };
     return list;
 }
@@ -82,32 +99,48 @@ const std::vector<PlainColumn>& plain_after() {
         return RunColumn{name, "1", "neither", meaning, "specification", true};
     };
     static const std::vector<PlainColumn> list{
-        {word("setting", "Settings of the methods: default, recommended or tuned"),
+        {word("setting", "Settings of the methods: default, recommended or tuned; empty: not stated"),
          [](const Record& r) { return r.spec.setting; }},
-        {word("knob", "What a work-precision part turns; empty: nothing"), [](const Record& r) { return r.spec.knob; }},
-        {word("point", "Where the knob stands"), [](const Record& r) { return r.spec.point; }},
+        {word("knob", "Name of what a sweep varies; empty: no sweep"), [](const Record& r) { return r.spec.knob; }},
+        {word("point", "Value of what a sweep varies; empty: no sweep"), [](const Record& r) { return r.spec.point; }},
         {RunColumn{"query_distance_margin", "mean edges", "neither",
                    "Margin of the query distance; empty: the default one", "specification", true},
          [](const Record& r) { return r.spec.query_distance_margin; }},
-        {whole("repetition", "Number of the process"),
+        {whole("repetition", "Number of the process, from 0; never empty"),
          [](const Record& r) { return fmt::format("{}", r.spec.repetition); }},
-        {whole("seed", "Seed of the scene"), [](const Record& r) { return fmt::format("{}", r.spec.seed); }},
-        {whole("ticks_planned", "Ticks that were asked for"),
+        {whole("seed", "Seed of the scene; never empty"),
+         [](const Record& r) { return fmt::format("{}", r.spec.seed); }},
+        {whole("ticks_planned", "Ticks that were asked for; never empty"),
          [](const Record& r) { return fmt::format("{}", r.spec.ticks); }},
-        {whole("truth_stride", "Every n-th tick is judged; 0: none"),
+        {whole("truth_stride", "Every n-th tick is judged by truth, 0: none; never empty"),
          [](const Record& r) { return fmt::format("{}", r.spec.truth_stride); }},
-        {word("outcome", "ok, or how the run failed", "run"),
+        {word("outcome", "Outcome of the run: ok, or how it failed; never empty", "run"),
          [](const Record& r) { return std::string(name_of(r.outcome.kind)); }},
-        {word("message", "One sentence where the outcome is not ok", "run"),
+        {word("message", "One sentence on the outcome; empty: nothing to say, as where it is ok", "run"),
          [](const Record& r) { return r.outcome.message; }},
-        {word("scene_hash", "Over the content of the scene and its meshes, hexadecimal"),
+        {word("scene_hash", "Hash over the content of the scene and its meshes, hexadecimal; empty: no scene was read"),
          [](const Record& r) { return r.spec.scene_hash; }},
-        {word("frames_hash", "Over all frames of a replay, hexadecimal", "run"),
+        {word("frames_hash", "Hash over all frames of a replay, hexadecimal; empty: no replay, or a failed one", "run"),
          [](const Record& r) { return r.frames_hash; }},
-        {word("state_hash", "Over the last frame of a closed loop, hexadecimal", "run"),
+        {word("state_hash",
+              "Hash over the last frame of a closed loop, hexadecimal; empty: no closed loop, or a failed one", "run"),
          [](const Record& r) { return r.state_hash; }},
     };
     return list;
+}
+
+/// A metric's meaning with that of an empty cell, and the modes whose cells all are.
+std::string meaning_in_table(const MetricInfo& info, std::span<const Record> records) {
+    std::map<std::string, bool> known;
+    for (const Record& record : records) {
+        known[record.spec.mode] |= !std::isnan(value_of(record.summary, info.metric));
+    }
+    std::string unknown;
+    for (const auto& [mode, any] : known) {
+        if (!any) unknown += (unknown.empty() ? "" : ", ") + mode;
+    }
+    return fmt::format("{}; empty: n/a, or the run failed{}", info.meaning,
+                       unknown.empty() ? "" : fmt::format(" (all runs of mode {})", unknown));
 }
 
 double number_of(const std::string& text) {
@@ -115,51 +148,25 @@ double number_of(const std::string& text) {
     return std::strtod(text.c_str(), nullptr);
 }
 
-/// The columns that a file holds: a number that no run knows has none.
-std::vector<std::size_t> known_columns(const RunTable& table) {
-    std::vector<std::size_t> known;
-    for (std::size_t column = 0; column < table.columns().size(); ++column) {
-        bool any = !table.columns()[column].number;
-        for (std::size_t row = 0; row < table.row_count() && !any; ++row) any = !table.text(row, column).empty();
-        if (any) known.push_back(column);
-    }
-    return known;
-}
-
-std::string csv_of(const RunTable& table, const std::vector<std::size_t>& columns) {
-    std::string csv;
-    for (const std::size_t column : columns) csv += (csv.empty() ? "" : ",") + csv_field(table.columns()[column].name);
-    csv += "\n";
-    for (std::size_t row = 0; row < table.row_count(); ++row) {
-        for (const std::size_t column : columns) {
-            csv += (column == columns.front() ? "" : ",") + csv_field(table.text(row, column));
-        }
-        csv += "\n";
-    }
-    return csv;
-}
-
 }  // namespace
 
-RunTable::RunTable(std::span<const Record* const> records)
-    : records_(records.begin(), records.end()), words_(records.size()) {
+RunTable::RunTable(std::span<const Record> records) : records_(records), words_(records.size()) {
     const auto add_plain = [this](const std::vector<PlainColumn>& list) {
         for (const PlainColumn& plain : list) {
             columns_.push_back(plain.column);
             for (std::size_t row = 0; row < records_.size(); ++row) {
-                words_[row][plain.column.name] = plain.text(*records_[row]);
+                words_[row][plain.column.name] = plain.text(records_[row]);
             }
         }
     };
     add_plain(plain_before());
     for (const Choice& choice : choices()) {
-        if (choice.has_name) {
-            columns_.push_back({choice.column, "text", "neither", choice.meaning, "specification", false});
-        }
+        const bool has_name = choice.meaning != nullptr;
+        if (has_name) columns_.push_back({choice.column, "text", "neither", choice.meaning, "specification", false});
         std::set<std::string> keys;
         for (std::size_t row = 0; row < records_.size(); ++row) {
-            const NamedValues parts = taken_apart(records_[row]->spec.*choice.text, choice.has_name);
-            if (choice.has_name) words_[row][choice.column] = parts.name;
+            const NamedValues parts = taken_apart(records_[row].spec.*choice.text, has_name);
+            if (has_name) words_[row][choice.column] = parts.name;
             for (const auto& [key, value] : parts.values) {
                 keys.insert(key);
                 words_[row][fmt::format("{}.{}", choice.column, key)] = value;
@@ -167,37 +174,42 @@ RunTable::RunTable(std::span<const Record* const> records)
         }
         for (const std::string& key : keys) {
             columns_.push_back({fmt::format("{}.{}", choice.column, key), "text", "neither",
-                                choice.has_name
-                                    ? fmt::format("Parameter {} of the {}, as in `trocar list`; empty: its default",
-                                                  key, choice.column)
-                                    : fmt::format("Setting {} of {}", key, choice.meaning),
-                                "specification", false});
+                                fmt::format(fmt::runtime(choice.setting), key), "specification", false});
         }
     }
     add_plain(plain_after());
     std::set<Metric> known;
-    for (const Record* record : records_) {
-        for (const auto& [metric, value] : record->summary) known.insert(metric);
+    for (const Record& record : records_) {
+        for (const auto& [metric, value] : record.summary) known.insert(metric);
     }
     for (const Metric metric : known) {
         const MetricInfo& info = info_of(metric);
         columns_.push_back({std::string(info.name), std::string(info.unit), std::string(name_of(info.better)),
-                            std::string(info.meaning), std::string(text_of(info.source)), true, metric});
+                            meaning_in_table(info, records_), std::string(text_of(info.source)), true, metric});
     }
 }
 
 RunValue RunTable::value(std::size_t row, std::size_t column) const {
     const RunColumn& wanted = columns_[column];
-    const auto word = words_[row].find(wanted.name);
-    if (word != words_[row].end()) {
-        return {.word = word->second, .number = wanted.number ? number_of(word->second) : std::nan("")};
-    }
-    return {.word = {}, .number = value_of(records_[row]->summary, wanted.metric.value())};
+    if (wanted.metric) return {.word = {}, .number = value_of(records_[row].summary, *wanted.metric)};
+    const auto found = words_[row].find(wanted.name);  // a parameter of other methods has no entry
+    const std::string word = found == words_[row].end() ? "" : found->second;
+    return {.word = word, .number = wanted.number ? number_of(word) : std::nan("")};
 }
 
 std::string RunTable::text(std::size_t row, std::size_t column) const {
     const RunValue cell = value(row, column);
     return columns_[column].number && cell.word.empty() ? format_exact(cell.number) : cell.word;
+}
+
+std::vector<std::size_t> RunTable::filled_columns() const {
+    std::vector<std::size_t> filled;
+    for (std::size_t column = 0; column < columns_.size(); ++column) {
+        bool any = false;
+        for (std::size_t row = 0; row < row_count() && !any; ++row) any = !text(row, column).empty();
+        if (any) filled.push_back(column);
+    }
+    return filled;
 }
 
 std::int64_t RunTable::find(const std::string& name) const {
@@ -206,29 +218,25 @@ std::int64_t RunTable::find(const std::string& name) const {
     return found == columns_.end() ? -1 : found - columns_.begin();
 }
 
-std::map<std::string, std::string> results_files(const std::vector<Record>& records, const std::string& main_mode) {
-    std::map<std::string, std::vector<const Record*>> by_mode;
-    for (const Record& record : records) by_mode[record.spec.mode].push_back(&record);
-    std::map<std::string, std::string> files;
-    if (records.empty()) return files;
-    const std::string main = by_mode.contains(main_mode) ? main_mode : records.front().spec.mode;
-    std::vector<RunColumn> columns;
-    std::set<std::string> known;
-    for (const auto& [mode, runs] : by_mode) {
-        const RunTable table(runs);
-        const std::vector<std::size_t> held = known_columns(table);
-        files[mode == main ? "results.csv" : fmt::format("results_{}.csv", mode)] = csv_of(table, held);
-        for (const std::size_t column : held) {
-            if (known.insert(table.columns()[column].name).second) columns.push_back(table.columns()[column]);
+std::map<std::string, std::string> results_files(const std::vector<Record>& records) {
+    const RunTable table(records);
+    const std::vector<std::size_t> filled = table.filled_columns();
+    std::string results;
+    std::string figures = "name,unit,better,meaning,source\n";
+    for (const std::size_t index : filled) {
+        const RunColumn& column = table.columns()[index];
+        results += (results.empty() ? "" : ",") + csv_field(column.name);
+        figures += fmt::format("{},{},{},{},{}\n", csv_field(column.name), csv_field(column.unit), column.better,
+                               csv_field(column.meaning), csv_field(column.source));
+    }
+    results += "\n";
+    for (std::size_t row = 0; row < table.row_count(); ++row) {
+        for (const std::size_t column : filled) {
+            results += (column == filled.front() ? "" : ",") + csv_field(table.text(row, column));
         }
+        results += "\n";
     }
-    std::string& dictionary = files["figures.csv"];
-    dictionary = "name,unit,better,meaning,source\n";
-    for (const RunColumn& column : columns) {
-        dictionary += fmt::format("{},{},{},{},{}\n", csv_field(column.name), csv_field(column.unit), column.better,
-                                  csv_field(column.meaning), csv_field(column.source));
-    }
-    return files;
+    return {{"results.csv", std::move(results)}, {"figures.csv", std::move(figures)}};
 }
 
 }  // namespace trocar

@@ -117,7 +117,7 @@ std::string ascii_unit(const std::string& unit) {
 class Chooser {
 public:
     /// The records outlive the object.
-    explicit Chooser(const std::vector<Record>& records) : table_(pointers(records)) {}
+    explicit Chooser(const std::vector<Record>& records) : table_(records) {}
 
     ChosenTable choose(const TableChoice& choice) {
         ChosenTable chosen;
@@ -148,13 +148,6 @@ public:
     }
 
 private:
-    static std::vector<const Record*> pointers(const std::vector<Record>& records) {
-        std::vector<const Record*> list;
-        list.reserve(records.size());
-        for (const Record& record : records) list.push_back(&record);
-        return list;
-    }
-
     [[nodiscard]] std::size_t column_named(const std::string& name, const char* option) const {
         const std::int64_t found = table_.find(name);
         if (found >= 0) return static_cast<std::size_t>(found);

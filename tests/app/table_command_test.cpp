@@ -25,6 +25,28 @@ TEST(TableCommand, PrintsEveryFormatFromAFolderOrItsRecords) {
     EXPECT_EQ(static_cast<std::ptrdiff_t>(json["rows"].size()) + 1, std::count(csv.out.begin(), csv.out.end(), '\n'));
 }
 
+TEST(TableCommand, WritesEveryRunAsADatabase) {
+    const test::TemporaryFolder folder;
+    const std::string file = (folder.path() / "runs.db").string();
+    EXPECT_EQ(test::run_successfully("table " + published + " --sqlite " + file).out, "");
+    const std::string bytes = test::read_file(file);
+    EXPECT_TRUE(bytes.starts_with("SQLite format 3")) << bytes.substr(0, 20);
+    const auto json = test::json_of("table " + published + "/records.jsonl --json --sqlite " + file);
+    EXPECT_EQ(json["file"], file);
+    const std::string records = test::read_file(published + "/records.jsonl");
+    EXPECT_EQ(json["runs"], std::count(records.begin(), records.end(), '\n'));
+    EXPECT_EQ(test::read_file(file), bytes) << "the same records, the same bytes";
+    for (const std::string choice : {" --columns scene", " --where scene=i2t_poke", " --sort scene", " --format csv"}) {
+        test::expect_refused("table " + published + " --sqlite " + file + choice,
+                             choice.substr(1, choice.find(' ', 1) - 1));
+    }
+    test::expect_refused("table " + published + " --sqlite " + folder.path().string(), "got a folder");
+    test::expect_refused("table " + published + " --sqlite " + file + "/runs.db", "Not a directory");
+    for (const std::string shell : {"bash", "zsh", "fish", "man"}) {
+        EXPECT_NE(test::run_successfully("completion " + shell).out.find("sqlite"), std::string::npos) << shell;
+    }
+}
+
 TEST(TableCommand, BadWordsAreOneLineAndStatus2) {
     for (const std::string words : {" --columns residual_maxm", " --where scene=i2t_pok", " --format pdf"}) {
         test::expect_refused("table " + published + words);

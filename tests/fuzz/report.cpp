@@ -1,9 +1,10 @@
-// `trocar report`, `trocar table` and `trocar report --against` on records that nobody wrote: a line each. A first line
-// that is no record stands for worst_tick.json.
+// `trocar report`, `trocar table` with `--sqlite` too and `trocar report --against` on records that nobody wrote: a
+// line each. A first line that is no record stands for worst_tick.json.
 #include "report/report.hpp"
 
 #include "fuzz_target.hpp"
 #include "report/regression.hpp"
+#include "report/run_database.hpp"
 #include "report/table_choice.hpp"
 
 void trocar::fuzz::report(std::string_view input) {
@@ -39,6 +40,8 @@ void trocar::fuzz::report(std::string_view input) {
         expect(!table_as_markdown(table).empty() && !table_as_latex(table).empty() && !table_as_csv(table).empty(),
                "a table has heads");
     });
+    // Nothing is written there.
+    taken([&] { write_run_database(records, "/dev/null"); });
     taken([&] {
         // Nothing at all is compared where nothing was measured in a first process.
         const StudyComparison same = compare_studies(records, records, 0.0);

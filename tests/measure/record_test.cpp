@@ -5,7 +5,9 @@
 
 #include <bit>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
+#include "geometry/fnv_hash.hpp"
 #include "geometry/json_depth.hpp"
 #include "support/text.hpp"
 
@@ -98,6 +100,22 @@ TEST(RecordLine, ReadsBackBitForBit) {
         expect_same_bits(b.depth_error, a.depth_error);
         for (int axis = 0; axis < 3; ++axis) expect_same_bits(b.tool_force[axis], a.tool_force[axis]);
     }
+}
+
+TEST(RunId, IsTheHashOfTheStoredSpecificationAlone) {
+    Record record = sample();
+    record.spec.detail_stride = 3;
+    record.spec.between_ticks = true;
+    FnvHash hash;
+    hash.add_text(nlohmann::ordered_json::parse(to_json_line(record)).at("spec").dump());
+    EXPECT_EQ(run_id(record.spec), hash.text());
+    EXPECT_EQ(run_id(record_from_json_line(to_json_line(record), "f", 1).spec), hash.text());
+    RunSpec other = record.spec;
+    ++other.repetition;
+    EXPECT_NE(run_id(other), hash.text());
+    other = record.spec;
+    other.between_ticks = false;
+    EXPECT_NE(run_id(other), hash.text());
 }
 
 TEST(RecordLine, NonFiniteNumbersBecomeNullAndNaN) {

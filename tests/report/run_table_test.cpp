@@ -50,23 +50,23 @@ std::map<std::string, std::string> csv_files(const std::vector<Record>& records)
 
 TEST(ResultsCsv, EveryHeaderStandsOnceAndIsAWordThatFiguresCsvExplains) {
     const auto files = csv_files(mixed_records());
-    EXPECT_EQ(files.size(), 3U);
+    EXPECT_EQ(files.size(), 2U);
     std::map<std::string, std::string> unit;
     const auto dictionary = csv_rows(files.at("figures.csv"));
     EXPECT_EQ(dictionary[0], (std::vector<std::string>{"name", "unit", "better", "meaning", "source"}));
     for (std::size_t i = 1; i < dictionary.size(); ++i) {
         EXPECT_TRUE(unit.emplace(dictionary[i][0], dictionary[i][1]).second) << dictionary[i][0];
         for (const std::string& field : dictionary[i]) EXPECT_FALSE(field.empty()) << dictionary[i][0];
+        EXPECT_TRUE(std::regex_search(dictionary[i][3], std::regex("^[A-Z].*; (never empty|empty: .+)")))
+            << dictionary[i][0] << ": " << dictionary[i][3];
     }
-    for (const auto& [name, content] : files) {
-        if (name == "figures.csv") continue;
-        const auto rows = csv_rows(content);
-        const std::set<std::string> headers(rows[0].begin(), rows[0].end());
-        EXPECT_EQ(headers.size(), rows[0].size()) << name;
-        for (const std::string& header : headers) {
-            EXPECT_TRUE(std::regex_match(header, std::regex("[A-Za-z][A-Za-z0-9_.]*"))) << header;
-            EXPECT_TRUE(unit.contains(header)) << header;
-        }
+    const auto rows = csv_rows(files.at("results.csv"));
+    const std::set<std::string> headers(rows[0].begin(), rows[0].end());
+    EXPECT_EQ(headers.size(), rows[0].size());
+    EXPECT_EQ(headers.size(), unit.size()) << "figures.csv explains no other column";
+    for (const std::string& header : headers) {
+        EXPECT_TRUE(std::regex_match(header, std::regex("[A-Za-z][A-Za-z0-9_.]*"))) << header;
+        EXPECT_TRUE(unit.contains(header)) << header;
     }
     for (const MetricInfo& info : metrics()) {
         const auto found = unit.find(std::string(info.name));
@@ -76,34 +76,77 @@ TEST(ResultsCsv, EveryHeaderStandsOnceAndIsAWordThatFiguresCsvExplains) {
     EXPECT_EQ(unit.at("residual_penetration_max_m"), "m");
 }
 
-TEST(ResultsCsv, AFileHoldsOneKindOfRun) {
-    const auto files = csv_files(mixed_records());
-    for (const auto& [name, mode, count] :
-         {std::tuple{"results.csv", "closed_loop", 3U}, {"results_replay.csv", "replay", 2U}}) {
-        const auto rows = csv_rows(files.at(name));
-        ASSERT_EQ(rows.size(), 1U + count);
-        for (std::size_t i = 1; i < rows.size(); ++i) EXPECT_EQ(rows[i][column_of(rows, "mode")], mode);
+TEST(ResultsCsv, HoldsTheRunsOfEveryModeAndExplainsCellsThatAModeLeavesEmpty) {
+    std::vector<Record> records = mixed_records();
+    records[0].summary[Metric::force_error_rms_hard] = 0.5;
+    records[1].summary[Metric::work_max] = 7.0;
+    for (const std::size_t i : {0U, 2U, 4U}) records[i].summary.erase(Metric::work_max);
+    const auto files = csv_files(records);
+    const auto rows = csv_rows(files.at("results.csv"));
+    std::vector<std::string> modes;
+    for (std::size_t i = 1; i < rows.size(); ++i) modes.push_back(rows[i][column_of(rows, "mode")]);
+    EXPECT_EQ(modes, (std::vector<std::string>{"closed_loop", "replay", "closed_loop", "replay", "closed_loop"}));
+    std::map<std::string, std::string> meaning;
+    for (const auto& row : csv_rows(files.at("figures.csv"))) meaning[row[0]] = row[3];
+    EXPECT_TRUE(meaning.at("force_error_rms_hard").ends_with("(all runs of mode replay)"));
+    EXPECT_TRUE(meaning.at("work_max").ends_with("(all runs of mode closed_loop)"));
+    EXPECT_TRUE(meaning.at("ticks").ends_with("or the run failed")) << "known in both modes";
+}
+
+TEST(ResultsCsv, NoColumnIsEmptyInEveryRow) {
+    std::vector<Record> records = mixed_records();
+    const auto headers_of = [&records] { return csv_rows(csv_files(records).at("results.csv"))[0]; };
+    const auto has = [](const std::vector<std::string>& headers, const std::string& name) {
+        return std::find(headers.begin(), headers.end(), name) != headers.end();
+    };
+    const auto rows = csv_rows(csv_files(records).at("results.csv"));
+    for (std::size_t column = 0; column < rows[0].size(); ++column) {
+        EXPECT_TRUE(std::any_of(rows.begin() + 1, rows.end(), [&](const auto& row) { return !row[column].empty(); }))
+            << rows[0][column];
     }
-    const auto replay = csv_rows(files.at("results_replay.csv"));
-    for (std::size_t column = 0; column < replay[0].size(); ++column) {
-        if (!metric_named(replay[0][column])) continue;
-        EXPECT_TRUE(
-            std::any_of(replay.begin() + 1, replay.end(), [&](const auto& row) { return !row[column].empty(); }))
-            << replay[0][column] << ": no figures of other kinds";
-    }
+    EXPECT_FALSE(has(headers_of(), "knob"));
+    records[1].spec.knob = "dt";
+    EXPECT_TRUE(has(headers_of(), "knob"));
+}
+
+TEST(ResultsCsv, RunsHaveIdsOfTheirOwnThatOutliveARebuild) {
+    std::vector<Record> records = mixed_records();
+    records.push_back(records[0]);
+    records.back().spec.repetition = 1;
+    const auto ids_of = [](const std::vector<Record>& runs) {
+        const auto rows = csv_rows(csv_files(runs).at("results.csv"));
+        std::vector<std::string> ids;
+        for (std::size_t i = 1; i < rows.size(); ++i) ids.push_back(rows[i][column_of(rows, "run_id")]);
+        return ids;
+    };
+    const std::vector<std::string> ids = ids_of(records);
+    EXPECT_EQ(std::set<std::string>(ids.begin(), ids.end()).size(), records.size());
+    for (const std::string& id : ids) EXPECT_TRUE(std::regex_match(id, std::regex("[0-9a-f]{16}"))) << id;
+    std::vector<Record> again;
+    for (const Record& record : records) again.push_back(record_from_json_line(to_json_line(record), "file", 1));
+    EXPECT_EQ(ids_of(again), ids);
+    std::reverse(again.begin(), again.end());
+    EXPECT_EQ(ids_of(again), std::vector<std::string>(ids.rbegin(), ids.rend()));
 }
 
 TEST(ResultsCsv, MethodsAndParametersAreColumnsOfTheirOwn) {
     const auto rows = csv_rows(csv_files(mixed_records()).at("results.csv"));
-    const auto column = [&](const std::string& name) {
+    const auto column = [&](const std::string& name, const std::string& mode = "closed_loop") {
         std::vector<std::string> fields;
-        for (std::size_t i = 1; i < rows.size(); ++i) fields.push_back(rows[i][column_of(rows, name)]);
+        for (std::size_t i = 1; i < rows.size(); ++i) {
+            if (rows[i][column_of(rows, "mode")] == mode) fields.push_back(rows[i][column_of(rows, name)]);
+        }
         return fields;
     };
+    EXPECT_EQ(column("method"), (std::vector<std::string>{"mine + push (intersection)",
+                                                          "theirs:bv=AABB,update=refit + push (intersection)",
+                                                          "mine + push:k=200 (intersection)"}));
+    EXPECT_EQ(column("method", "replay"), (std::vector<std::string>{"mine", "theirs:bv=AABB,update=refit"}));
     EXPECT_EQ(column("detector"), (std::vector<std::string>{"mine", "theirs", "mine"}));
     EXPECT_EQ(column("detector.bv"), (std::vector<std::string>{"", "AABB", ""}));
     EXPECT_EQ(column("detector.update"), (std::vector<std::string>{"", "refit", ""}));
     EXPECT_EQ(column("response"), (std::vector<std::string>{"push", "push", "push"}));
+    EXPECT_EQ(column("response", "replay"), (std::vector<std::string>{"", ""}));
     EXPECT_EQ(column("response.k"), (std::vector<std::string>{"", "", "200"}));
     EXPECT_EQ(column("contacts"), (std::vector<std::string>{"intersection", "intersection", "intersection"}));
     EXPECT_EQ(column("device.saturation"), (std::vector<std::string>{"", "", "3"}));
@@ -138,9 +181,9 @@ TEST(ResultsCsv, BaseROpensThemAsTheyStand) {
     std::ofstream(folder.path() / "read.R") << R"(
 runs <- read.csv("results.csv")
 what <- read.csv("figures.csv")
-stopifnot(nrow(runs) == 3, !any(duplicated(names(runs))), all(names(runs) %in% what$name))
+stopifnot(nrow(runs) == 5, !any(duplicated(names(runs))), all(names(runs) %in% what$name))
 stopifnot(identical(names(runs), names(read.csv("results.csv", check.names = FALSE))))
-stopifnot(is.numeric(runs$residual_penetration_max_m), is.character(runs$outcome), runs$message[3] == "said \"no\", twice\nand left")
+stopifnot(is.numeric(runs$residual_penetration_max_m), is.character(runs$outcome), runs$message[5] == "said \"no\", twice\nand left")
 cat(sprintf("%.17g", runs$residual_penetration_max_m[1]))
 )";
     ASSERT_EQ(std::system(("cd " + folder.path().string() + " && Rscript read.R >out 2>err").c_str()), 0)
@@ -158,23 +201,21 @@ TEST(ResultsCsv, PandasOpensThemAsTheyStand) {
 import pandas
 runs = pandas.read_csv("results.csv")
 what = pandas.read_csv("figures.csv")
-assert len(runs) == 3 and runs.columns.is_unique and set(runs.columns) <= set(what["name"])
-assert runs["residual_penetration_max_m"].dtype == float and runs["message"][2] == 'said "no", twice\nand left'
+assert len(runs) == 5 and runs.columns.is_unique and set(runs.columns) <= set(what["name"])
+assert runs["residual_penetration_max_m"].dtype == float and runs["message"][4] == 'said "no", twice\nand left'
 )";
     EXPECT_EQ(std::system(("cd " + folder.path().string() + " && /usr/bin/python3 read.py >out 2>err").c_str()), 0)
         << test::read_file(folder.path() / "err");
 }
 
-TEST(ResultsCsv, AnotherKindOfRunLeavesNoOldFileBehind) {
+TEST(ResultsCsv, FilesPerModeOfAnEarlierReportAreRemoved) {
     const test::TemporaryFolder folder;
-    const auto write = [&](const std::vector<Record>& records) {
-        test::store_records(folder.path(), records);
-        write_report(folder.path());
-    };
-    write(mixed_records());
-    EXPECT_TRUE(std::filesystem::exists(folder.path() / "results_replay.csv"));
-    write({synthetic({})});
+    test::store_records(folder.path(), mixed_records());
+    folder.write("results_replay.csv", "mode\nreplay\n");
+    folder.write("my_results.csv", "mine\n");
+    write_report(folder.path());
     EXPECT_FALSE(std::filesystem::exists(folder.path() / "results_replay.csv"));
+    EXPECT_TRUE(std::filesystem::exists(folder.path() / "my_results.csv"));
     EXPECT_TRUE(std::filesystem::exists(folder.path() / "results.csv"));
 }
 
