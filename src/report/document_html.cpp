@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 
 #include "report/document.hpp"
 #include "report/html_parts.hpp"
@@ -20,6 +21,34 @@ std::string help_of(Metric metric) {
 std::string html_inline(const std::string& text) {
     return inline_parts(text, escape_xml,
                         [](const std::string& code) { return "<code>" + escape_xml(code) + "</code>"; });
+}
+
+/// The text of a cell with places where a long name may break: behind "," and ":", and behind "_" where the name has
+/// more than 17 characters or heads a column.
+std::string breakable(const std::string& text, bool header) {
+    const auto letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
+    const auto in_name = [](char c) {
+        return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '=';
+    };
+    std::string out;
+    for (auto at = text.begin(); at != text.end();) {
+        const auto end = std::find_if_not(at, text.end(), in_name);
+        const bool breaks = header || end - at > 17;
+        for (; at != end; ++at) {
+            out += *at;
+            if (breaks && *at == '_' && at + 1 != end) out += "<wbr>";
+        }
+        if (at == text.end()) break;
+        out += *at++;
+        if ((out.back() == ',' || out.back() == ':') && at != text.end() && letter(*at)) out += "<wbr>";
+    }
+    return out;
+}
+
+std::string html_cell(const std::string& text, bool header) {
+    return inline_parts(
+        text, [header](const std::string& plain) { return breakable(escape_xml(plain), header); },
+        [header](const std::string& code) { return "<code>" + breakable(escape_xml(code), header) + "</code>"; });
 }
 
 /// An interval goes under its value, so that wide tables stay on the page.
@@ -67,7 +96,7 @@ struct Html {
         out += "<thead><tr>";
         for (const Column& column : table.columns) {
             const char* const kind = column.number ? " class=\"number\"" : column.wide ? " class=\"wide\"" : "";
-            const std::string header = html_inline(column.header);
+            const std::string header = html_cell(column.header, true);
             const std::string help = column.metric ? help_of(*column.metric) : column.help;
             out +=
                 fmt::format("<th{}>{}</th>", kind,
@@ -82,7 +111,7 @@ struct Html {
                             row.command.empty() ? std::string() : " data-command=\"" + escape_xml(row.command) + "\"");
             for (std::size_t i = 0; i < row.cells.size(); ++i) {
                 const bool number = i < table.columns.size() && table.columns[i].number;
-                const std::string cell = html_inline(row.cells[i]);
+                const std::string cell = html_cell(row.cells[i], false);
                 out +=
                     fmt::format("<td{}>{}</td>", number ? " class=\"number\"" : "", number ? with_range(cell) : cell);
             }

@@ -23,7 +23,11 @@ blockquote p { max-width: none; margin: 0; }
 .page-one { max-width: 1080px; }
 .warning { border-left: 4px solid #b3541e; background: #fdf4ee; padding: 6px 14px; max-width: none; font-size: 14px; }
 .small, .note { color: var(--soft); font-size: 13px; max-width: 120ch; }
-.scroll { overflow-x: auto; margin: 10px 0 4px; }
+.scroll { overflow-x: auto; margin: 10px 0 4px; background:
+  linear-gradient(to right, #fff 12px, #fff0) left / 40px 100% no-repeat local,
+  linear-gradient(to left, #fff 12px, #fff0) right / 40px 100% no-repeat local,
+  linear-gradient(to right, #1b202755, #1b202700) left / 14px 100% no-repeat,
+  linear-gradient(to left, #1b202755, #1b202700) right / 14px 100% no-repeat; }
 table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; width: 100%; }
 caption { text-align: left; font-weight: 600; font-size: 14px; padding: 4px 0 6px; }
 thead th { border-top: 2px solid var(--ink); border-bottom: 1px solid var(--ink); text-align: left; vertical-align: bottom;
@@ -34,7 +38,9 @@ th[aria-sort="ascending"]::after { content: " \25B2"; } th[aria-sort="descending
 tbody td { padding: 4px 8px 4px 4px; border-bottom: 1px solid var(--line); vertical-align: top; }
 tbody tr:last-child td { border-bottom: 2px solid var(--ink); }
 th.number, td.number { text-align: right; padding-right: 6px; }
-td.number { white-space: nowrap; }
+tr > :first-child { position: sticky; left: 0; background: #fff; }
+table:has(th:nth-child(13)) { font-size: 12px; } table:has(th:nth-child(13)) :is(td, th) { padding-left: 2px; padding-right: 5px; }
+table:has(th:nth-child(19)) { font-size: 11px; } table:has(th:nth-child(19)) :is(td, th) { padding-right: 3px; }
 th.wide { width: 32%; }
 .range { display: block; color: var(--soft); font-size: 11.5px; }
 tr.dominated .range { color: inherit; }
@@ -52,12 +58,13 @@ figure .chart { height: 500px; } figure .chart svg { max-width: none; }
 figcaption { color: var(--soft); font-size: 13px; max-width: 120ch; }
 @media (max-width: 1000px) {
   body { display: block; } main { padding: 8px 14px 48px; }
+  tr > :first-child { position: static; }
   nav { position: static; max-height: none; columns: 2; padding: 10px 14px; border-bottom: 1px solid var(--line); }
 }
 @media print {
   body { display: block; font-size: 9.5pt; } main { max-width: none; padding: 0; } h2 { break-after: avoid; }
   table { font-size: 7.5pt; } tr, figure, blockquote { break-inside: avoid; } thead { display: table-header-group; }
-  .scroll { overflow: visible; } td.number { white-space: normal; } .page-one { break-after: page; max-width: none; }
+  .scroll { overflow: visible; background: none; } .page-one { break-after: page; max-width: none; }
   nav, .filter, .again, figure .chart { display: none; } figure > svg { display: block !important; }
   @page { size: A4 landscape; margin: 12mm; }
 }

@@ -80,16 +80,16 @@ std::map<std::string, std::map<std::string, WorstOfDetectors>> worst_of_detector
     return all;
 }
 
-/// Scene by response at a glance.
+/// Response by scene at a glance.
 Table settled_matrix(const Draft& draft) {
     Table table;
     table.caption = "Which scenes are clear 200 ms after the last key of the motion";
-    table.columns = {{"scene", false},
-                     {"hard contact clears it within the strain limit", false, Metric::reference_clears_hard}};
+    table.columns = {{"response", false}};
     const auto worst = worst_of_detectors(draft);
-    for (const auto& [response, scenes] : worst) table.columns.push_back({code(response), false});
+    if (!worst.empty()) table.rows.push_back({.cells = {"hard contact, within the strain limit"}});
+    for (const auto& [response, scenes] : worst) table.rows.push_back({.cells = {code(response)}});
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
-        std::vector<std::string> cells{scene, ""};
+        std::vector<std::string> cells{""};
         for (const auto& [response, scenes] : worst) {
             const auto found = scenes.find(scene);
             if (found == scenes.end()) {
@@ -97,7 +97,7 @@ Table settled_matrix(const Draft& draft) {
                 continue;
             }
             const RunFigures& run = *found->second.settled;
-            cells[1] = hard_reference_text(run);
+            cells[0] = hard_reference_text(run);
             const bool cleared = settled(run) == Settled::cleared;
             cells.push_back(fmt::format(
                 "{} ({} mm {})", settled_text(run),
@@ -105,7 +105,9 @@ Table settled_matrix(const Draft& draft) {
                        mm),
                 cleared ? "at worst before" : "residual"));
         }
-        if (!cells[1].empty()) table.rows.push_back({.cells = std::move(cells)});
+        if (cells[0].empty()) continue;
+        table.columns.push_back({scene, false});
+        for (std::size_t i = 0; i < cells.size(); ++i) table.rows[i].cells.push_back(std::move(cells[i]));
     }
     table.note =
         "The worst over the detectors of the study, controls left out. Cleared: at most 0.1 mm on every judged tick "
