@@ -115,10 +115,9 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
         TickContact& contact = contacts.all()[c];
         Row& row = rows_[c];
         const double rate = TickContacts::rate(contact, state);
-        const bool may_leave = !contact.bilateral && !contact.adhesive;
         const bool closed = contact.bilateral || contact.depth >= 0.0;
         row.most = contact.limit;
-        row.least = may_leave && !known ? 0.0 : -contact.limit;
+        row.least = !contact.pulls && !known ? 0.0 : -contact.limit;
         if (known) {
             row.given = contact.held;
         } else {
