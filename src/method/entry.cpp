@@ -123,7 +123,7 @@ std::string why_not_taken(const StepperEntry& stepper, const Topology& topology,
     } else if (!stepper.takes_solved_contacts && pushes_as(true)) {
         what = "contacts whose impulses the response finds in each sub-step";
     } else if (!stepper.takes_position_corrections && !output.position_corrections.empty()) {
-        what = "position_corrections";
+        what = "position corrections";
     } else if (!stepper.takes_held_forces && !output.held_force.isZero(0.0)) {
         what = "forces held over the tick";
     }

@@ -123,7 +123,7 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
         } else {
             // Explicit (negative) damping acts at the velocity at the start of the step.
             contact.held = closed ? -contact.explicit_damping * rate : 0.0;
-            if (closed || may_leave) {
+            if (closed || !contact.pulls) {
                 const StepLaw law = contact.law(h);
                 row.given = law.still + contact.held;
                 row.yield = law.slope;
