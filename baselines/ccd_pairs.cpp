@@ -93,7 +93,7 @@ public:
         triangle_boxes(frame.position, topology_->triangles, boxes_);
         body_boxes_.clear();
         for (const BodyRange& body : topology_->bodies) {
-            body_boxes_.push_back(baselines::box_of_body(*topology_, frame, body));
+            body_boxes_.push_back(baselines::box_of_body(frame, body));
         }
     }
 

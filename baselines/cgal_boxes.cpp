@@ -40,8 +40,7 @@ public:
         if (!is_answerable(*topology_, frame)) return;
         for (std::size_t i = 0; i < boxes_.size(); ++i) {
             fill(frame, i, boxes_[i]);
-            body_boxes_[i] = baselines::grown(baselines::box_of_body(*topology_, frame, topology_->bodies[i]),
-                                              query_distance_ / 2.0);
+            body_boxes_[i] = baselines::box_of_body(frame, topology_->bodies[i]).grown(query_distance_ / 2.0);
         }
     }
 
@@ -67,7 +66,7 @@ private:
         boxes.clear();
         const Range triangles = topology_->bodies[body].triangles;
         for (Index t = triangles.first; t < triangles.end(); ++t) {
-            const Box box = baselines::grown(baselines::box_of(*topology_, frame, t), query_distance_ / 2.0);
+            const Box box = box_of(corners_of(topology_->triangles, frame.position, t)).grown(query_distance_ / 2.0);
             boxes.emplace_back(
                 CGAL::Bbox_3(box.min.x(), box.min.y(), box.min.z(), box.max.x(), box.max.y(), box.max.z()), t);
         }

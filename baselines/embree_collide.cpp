@@ -168,7 +168,7 @@ public:
             body->vertices = &vertices_;
             body->triangles = range.triangles;
             body->triangles_per_primitive = triangles_per_primitive_;
-            body->box = box_of_body(topology, frame, range);
+            body->box = box_of_body(frame, range);
             body->scene = rtcNewScene(device_);
             rtcSetSceneFlags(body->scene, RTC_SCENE_FLAG_DYNAMIC);
             rtcSetSceneBuildQuality(body->scene, RTC_BUILD_QUALITY_LOW);
@@ -195,7 +195,7 @@ public:
             const bool other_query_distance = body.around != query_distance_ / 2.0;
             if (!other_query_distance && !baselines::may_have_moved(frame, topology_->bodies[i])) continue;
             body.around = query_distance_ / 2.0;
-            body.box = baselines::grown(box_of_body(*topology_, frame, topology_->bodies[i]), body.around);
+            body.box = box_of_body(frame, topology_->bodies[i]).grown(body.around);
             rtcUpdateGeometryBuffer(body.geometry, RTC_BUFFER_TYPE_VERTEX, 0);
             rtcCommitGeometry(body.geometry);
             rtcCommitScene(body.scene);

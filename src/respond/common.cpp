@@ -15,11 +15,6 @@ CollisionClass collision_class(BodyKind a, BodyKind b) {
     return a == BodyKind::rigid ? CollisionClass::rigid_tissue : CollisionClass::tissue_tissue;
 }
 
-equations::Corners corners_of(const Topology& topology, const Matrix3X& position, Index triangle) {
-    const auto corner = topology.triangles.col(triangle);
-    return {position.col(corner[0]), position.col(corner[1]), position.col(corner[2])};
-}
-
 Vector3 operator_velocity(const Frame& frame, double dt, Index body) {
     return at(body) < frame.operator_motion.size() ? Vector3(frame.operator_motion[at(body)] / dt) : Vector3::Zero();
 }

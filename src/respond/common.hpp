@@ -28,9 +28,6 @@ enum class CollisionClass : std::uint8_t {
 };
 CollisionClass collision_class(BodyKind a, BodyKind b);
 
-/// Corners of a triangle, m, world.
-equations::Corners corners_of(const Topology& topology, const Matrix3X& position, Index triangle);
-
 /// N/m, default stiffness between non-deformable bodies (METHODS §12).
 inline constexpr double rigid_stiffness = 1000.0;
 /// ResponseEntry::without_tissue of responses that use penalty springs between bodies without mass.

@@ -106,7 +106,7 @@ private:
         ContactPoint best;
         double least = std::numeric_limits<double>::infinity();
         for (const Index t : patch_) {
-            const Vector3 weights = closest_point_on_triangle(corners_of(*topology_, frame.position, t), x);
+            const Vector3 weights = closest_point_on_triangle(corners_of(topology_->triangles, frame.position, t), x);
             const ContactPoint point = ContactPoint::in_triangle(topology_->triangles, t, weights);
             const double distance = (point.blend(frame.position) - x).squaredNorm();
             if (distance < least) {
@@ -121,7 +121,7 @@ private:
     bool ray_to_patch(const Frame& frame, const Vector3& x, const Vector3& direction, ContactPoint& hit) const {
         double least = std::numeric_limits<double>::infinity();
         for (const Index t : patch_) {
-            const equations::Corners c = corners_of(*topology_, frame.position, t);
+            const Corners c = corners_of(topology_->triangles, frame.position, t);
             Matrix3 system;
             system << c[1] - c[0], c[2] - c[0], -direction;
             const double volume = system.determinant();

@@ -51,7 +51,7 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
     out.of_vertex = vertex_of_a || vertex_of_b;
     if (!point.allFinite()) return false;
     const auto spread = [&](Index triangle) {
-        const equations::Corners corners = corners_of(topology, frame.position, triangle);
+        const Corners corners = corners_of(topology.triangles, frame.position, triangle);
         return ContactPoint::in_triangle(topology.triangles, triangle, closest_point_on_triangle(corners, point));
     };
     out.a = vertex_of_a ? ContactPoint::at_vertex(contact.vertex_a) : spread(contact.a);
