@@ -147,11 +147,8 @@ DetectorEntry bullet_gimpact_detector() {
             .library = "Bullet",
             .version = std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100),
             .configuration = "GImpact quantised tree, single precision; candidates decided by trocar's exact test",
-            .parameters = {{.name = "update",
-                            .type = Parameter::Type::choice,
-                            .default_value = "refit",
-                            .choices = {"refit", "rebuild"},
-                            .meaning = "follow the vertices in the same tree, or build a new tree every tick"}},
+            .parameters = {choice_parameter("update", "refit", {"refit", "rebuild"},
+                                            "follow the vertices in the same tree, or build a new tree every tick")},
             .make = [](const ParameterValues& parameters) {
                 return std::make_unique<BulletGimpact>(parameters.is("update", "rebuild"));
             }};

@@ -88,13 +88,8 @@ DetectorEntry cgal_boxes_detector() {
             .version = CGAL_VERSION_STR,
             .configuration = "box_intersection_d (GPL-3), double boxes; candidates decided by trocar's exact test",
             .query_distance = true,
-            .parameters = {{.name = "cutoff",
-                            .type = Parameter::Type::integer,
-                            .unit = "1",
-                            .default_value = "10",
-                            .minimum = 1,
-                            .maximum = 1e9,
-                            .meaning = "sets of fewer boxes are swept instead of divided further"}},
+            .parameters = {integer_parameter("cutoff", "10", 1, 1e9,
+                                             "sets of fewer boxes are swept instead of divided further")},
             .make = [](const ParameterValues& parameters) {
                 return std::make_unique<CgalBoxes>(static_cast<std::ptrdiff_t>(parameters.integer("cutoff")));
             }};

@@ -259,35 +259,21 @@ private:
 
 DetectorEntry embree_collide_detector();
 DetectorEntry embree_collide_detector() {
-    return {.name = "embree_collide",
-            .library = "Embree",
-            .version = RTC_VERSION_STRING,
-            .configuration =
-                "rtcCollide, float boxes rounded outward, threads=1; candidates decided by trocar's exact test",
-            .query_distance = true,
-            .parameters = {{.name = "update",
-                            .type = Parameter::Type::choice,
-                            .default_value = "refit",
-                            .choices = {"refit", "rebuild"},
-                            .meaning = "how the tree follows moved vertices"},
-                           {.name = "leaf",
-                            .type = Parameter::Type::choice,
-                            .default_value = "triangle",
-                            .choices = {"triangle", "cluster"},
-                            .meaning = "what a primitive is: one triangle, or several consecutive ones"},
-                           {.name = "cluster_size",
-                            .type = Parameter::Type::integer,
-                            .unit = "1",
-                            .default_value = "32",
-                            .minimum = 1,
-                            .maximum = largest_cluster,
-                            .meaning = "leaf=cluster: triangles in a primitive"},
-                           {.name = "quality",
-                            .type = Parameter::Type::choice,
-                            .default_value = "low",
-                            .choices = {"low", "medium"},
-                            .meaning = "update=rebuild: tree by Morton codes, or by the surface area heuristic"}},
-            .make = [](const ParameterValues& parameters) { return std::make_unique<EmbreeCollide>(parameters); }};
+    return {
+        .name = "embree_collide",
+        .library = "Embree",
+        .version = RTC_VERSION_STRING,
+        .configuration =
+            "rtcCollide, float boxes rounded outward, threads=1; candidates decided by trocar's exact test",
+        .query_distance = true,
+        .parameters = {choice_parameter("update", "refit", {"refit", "rebuild"}, "how the tree follows moved vertices"),
+                       choice_parameter("leaf", "triangle", {"triangle", "cluster"},
+                                        "what a primitive is: one triangle, or several consecutive ones"),
+                       integer_parameter("cluster_size", "32", 1, largest_cluster,
+                                         "leaf=cluster: triangles in a primitive"),
+                       choice_parameter("quality", "low", {"low", "medium"},
+                                        "update=rebuild: tree by Morton codes, or by the surface area heuristic")},
+        .make = [](const ParameterValues& parameters) { return std::make_unique<EmbreeCollide>(parameters); }};
 }
 
 }  // namespace trocar

@@ -295,32 +295,25 @@ private:
 
 DetectorEntry spatial_tessellation_detector();
 DetectorEntry spatial_tessellation_detector() {
-    using Type = Parameter::Type;
-    return {.name = "spatial_tessellation",
-            .configuration = "one level of equal cells, rebuilt every tick; candidates decided by trocar's exact test",
-            .claims_exact = true,
-            .query_distance = true,
-            .parameters = {{.name = "cell",
-                            .unit = "m",
-                            .default_value = "auto",
-                            .minimum = 1e-12,
-                            .meaning = "edge of a cell; auto = 3 x the mean edge of the first frame",
-                            .words = {"auto"}},
-                           {.name = "storage",
-                            .type = Type::choice,
-                            .default_value = "hashed",
-                            .choices = {"hashed", "dense"},
-                            .meaning = "cells hashed into as many buckets as triangles, or an array over all cells"},
-                           {.name = "cells_per_triangle",
-                            .unit = "1",
-                            .default_value = "8",
-                            .minimum = 0.01,
-                            .maximum = 1000.0,
-                            .meaning = "storage=dense: cells grow until the array has no more than this"}},
-            .make = [](const ParameterValues& values) {
-                return std::make_unique<SpatialTessellation>(values.number("cell"), values.is("storage", "dense"),
-                                                             values.number("cells_per_triangle"));
-            }};
+    return {
+        .name = "spatial_tessellation",
+        .configuration = "one level of equal cells, rebuilt every tick; candidates decided by trocar's exact test",
+        .claims_exact = true,
+        .query_distance = true,
+        .parameters = {{.name = "cell",
+                        .unit = "m",
+                        .default_value = "auto",
+                        .minimum = 1e-12,
+                        .meaning = "edge of a cell; auto = 3 x the mean edge of the first frame",
+                        .words = {"auto"}},
+                       choice_parameter("storage", "hashed", {"hashed", "dense"},
+                                        "cells hashed into as many buckets as triangles, or an array over all cells"),
+                       number_parameter("cells_per_triangle", "1", "8", 0.01, 1000.0,
+                                        "storage=dense: cells grow until the array has no more than this")},
+        .make = [](const ParameterValues& values) {
+            return std::make_unique<SpatialTessellation>(values.number("cell"), values.is("storage", "dense"),
+                                                         values.number("cells_per_triangle"));
+        }};
 }
 
 }  // namespace trocar

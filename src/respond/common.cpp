@@ -45,20 +45,8 @@ void react_on_line(const Frame& frame, Index body, ContactForceLaw& contact) {
     contact.reaction_point = pushed.blend(frame.position) - contact.gap * contact.normal;
 }
 
-Parameter number_parameter(const std::string& name, const std::string& unit, const std::string& value, double low,
-                           double high, const std::string& meaning, std::vector<std::string> words) {
-    return {.name = name,
-            .unit = unit,
-            .default_value = value,
-            .minimum = low,
-            .maximum = high,
-            .meaning = meaning,
-            .words = std::move(words)};
-}
-
-Parameter stiffness_parameter(const std::string& default_meaning) {
-    return number_parameter("k", "N/m", "auto", 0.0, 1e9,
-                            "contact stiffness; auto: the scene's, else " + default_meaning, {"auto"});
+Parameter stiffness_parameter(const std::string& auto_meaning) {
+    return number_parameter("k", "N/m", "auto", 0.0, 1e9, "contact stiffness; auto: " + auto_meaning, {"auto"});
 }
 
 }  // namespace trocar

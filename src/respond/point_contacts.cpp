@@ -84,13 +84,10 @@ int compare(const PointContact& a, const PointContact& b) {
 }  // namespace
 
 Parameter reduction_parameter() {
-    return {.name = "reduction",
-            .type = Parameter::Type::choice,
-            .default_value = "vertex",
-            .choices = {"vertex", "pair"},
-            .meaning =
-                "of closed contacts one per vertex and other body, the deepest, so that force does not grow with "
-                "the number of faces (a scene's k); or each pair of triangles or features (hard contact)"};
+    return choice_parameter(
+        "reduction", "vertex", {"vertex", "pair"},
+        "of closed contacts one per vertex and other body, the deepest, so that force does not grow with "
+        "the number of faces (a scene's k); or each pair of triangles or features (hard contact)");
 }
 
 void PointContacts::prepare(const Topology& topology) {
@@ -222,13 +219,10 @@ ContactForceLaw solved_contact(const Frame& frame, const PointContact& contact, 
 }
 
 Parameter timing_parameter(const std::string& name_of_default) {
-    return {.name = "acts",
-            .type = Parameter::Type::choice,
-            .default_value = name_of_default,
-            .choices = {"substep", "tick", "held"},
-            .meaning =
-                "on tissue, impulses are found in every sub-step from the state that the stepper predicts; or in the "
-                "first for the whole tick, where they act at once or are held evenly over it"};
+    return choice_parameter(
+        "acts", name_of_default, {"substep", "tick", "held"},
+        "on tissue, impulses are found in every sub-step from the state that the stepper predicts; or in the "
+        "first for the whole tick, where they act at once or are held evenly over it");
 }
 
 SolverTiming read_timing(const ParameterValues& values) {

@@ -198,13 +198,8 @@ StepperEntry xpbd_stepper() {
     entry.takes_solved_contacts = true;
     entry.takes_position_corrections = true;
     entry.takes_held_forces = true;
-    entry.parameters = {{.name = "substeps",
-                         .type = Parameter::Type::integer,
-                         .unit = "1",
-                         .default_value = "10",
-                         .minimum = 1,
-                         .maximum = 1000,
-                         .meaning = "small steps a tick; fewer make stiff tissue softer"}};
+    entry.parameters = {
+        integer_parameter("substeps", "10", 1, 1000, "small steps a tick; fewer make stiff tissue softer")};
     entry.make = [](const ParameterValues& values) {
         return std::make_unique<XpbdStepper>(static_cast<int>(values.integer("substeps")));
     };
