@@ -145,19 +145,17 @@ private:
 
 DetectorEntry bullet_dbvt_detector();
 DetectorEntry bullet_dbvt_detector() {
-    return {.name = "bullet_dbvt",
-            .library = "Bullet",
-            .version = std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100),
-            .configuration = "btDbvt, single precision; candidates decided by trocar's exact test",
-            .query_distance = true,
-            .parameters = {{.name = "update",
-                            .type = Parameter::Type::choice,
-                            .default_value = "refit",
-                            .choices = {"refit", "reinsert"},
-                            .meaning = "new boxes bottom up in the same tree, or the library's update of each leaf"}},
-            .make = [](const ParameterValues& parameters) {
-                return std::make_unique<BulletDbvt>(parameters.is("update", "reinsert"));
-            }};
+    return {
+        .name = "bullet_dbvt",
+        .library = "Bullet",
+        .version = std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100),
+        .configuration = "btDbvt, single precision; candidates decided by trocar's exact test",
+        .query_distance = true,
+        .parameters = {choice_parameter("update", "refit", {"refit", "reinsert"},
+                                        "new boxes bottom up in the same tree, or the library's update of each leaf")},
+        .make = [](const ParameterValues& parameters) {
+            return std::make_unique<BulletDbvt>(parameters.is("update", "reinsert"));
+        }};
 }
 
 }  // namespace trocar

@@ -37,7 +37,7 @@ public:
     [[nodiscard]] bool is_trimesh() const override { return false; }
     [[nodiscard]] int get_primitive_count() const override { return body_.triangles.count; }
     void get_primitive_box(int prim_index, btAABB& primbox) const override {
-        const Box box = baselines::box_of(*topology_, *frame_, body_.triangles.first + prim_index);
+        const Box box = box_of(corners_of(topology_->triangles, frame_->position, body_.triangles.first + prim_index));
         for (int axis = 0; axis < 3; ++axis) {
             primbox.m_min[axis] = baselines::round_down(box.min[axis] - inflation_);
             primbox.m_max[axis] = baselines::round_up(box.max[axis] + inflation_);
@@ -66,7 +66,7 @@ struct BodyTree {
 constexpr double library_bound_margin = 1.0;
 
 void build(const Topology& topology, const Frame& frame, BodyTree& body) {
-    const Box box = baselines::box_of_body(topology, frame, body.boxes.body());
+    const Box box = baselines::box_of_body(frame, body.boxes.body());
     const double extent = (box.max - box.min).maxCoeff() + 2.0 * library_bound_margin;
     body.inflation = 2.0 * extent / 65535.0;
     body.bounds.min = box.min.array() - 0.5 * library_bound_margin;
@@ -98,7 +98,7 @@ public:
                 body->boxes.examine(frame, body->inflation);
                 continue;
             }
-            const Box box = baselines::box_of_body(*topology_, frame, body->boxes.body());
+            const Box box = baselines::box_of_body(frame, body->boxes.body());
             const bool inside = (box.min.array() >= body->bounds.min.array()).all() &&
                                 (box.max.array() <= body->bounds.max.array()).all();
             if (inside && !rebuild_) {
@@ -147,11 +147,8 @@ DetectorEntry bullet_gimpact_detector() {
             .library = "Bullet",
             .version = std::to_string(BT_BULLET_VERSION / 100) + "." + std::to_string(BT_BULLET_VERSION % 100),
             .configuration = "GImpact quantised tree, single precision; candidates decided by trocar's exact test",
-            .parameters = {{.name = "update",
-                            .type = Parameter::Type::choice,
-                            .default_value = "refit",
-                            .choices = {"refit", "rebuild"},
-                            .meaning = "follow the vertices in the same tree, or build a new tree every tick"}},
+            .parameters = {choice_parameter("update", "refit", {"refit", "rebuild"},
+                                            "follow the vertices in the same tree, or build a new tree every tick")},
             .make = [](const ParameterValues& parameters) {
                 return std::make_unique<BulletGimpact>(parameters.is("update", "rebuild"));
             }};

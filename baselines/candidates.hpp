@@ -25,17 +25,6 @@ inline float round_down(double value) {
 }
 inline float round_up(double value) { return -round_down(-value); }
 
-inline Corners corners_of(const Topology& topology, const Frame& frame, Index triangle) {
-    const auto vertices = topology.triangles.col(triangle);
-    return {frame.position.col(vertices[0]), frame.position.col(vertices[1]), frame.position.col(vertices[2])};
-}
-
-inline Box box_of(const Topology& topology, const Frame& frame, Index triangle) {
-    Box box;
-    for (const Vector3& corner : corners_of(topology, frame, triangle)) box.add(corner);
-    return box;
-}
-
 using Float4 = float __attribute__((vector_size(16)));
 
 /// Box in floats; the fourth components are equal and unused.
@@ -92,11 +81,8 @@ private:
 
 /// Box of the vertices of a body with triangles, to select body pairs for queries. Vertices outside any triangle only
 /// enlarge it.
-inline Box box_of_body(const Topology& /*topology*/, const Frame& frame, const BodyRange& body) {
-    Box box;
-    if (body.triangles.count == 0) return box;
-    for (Index v = body.vertices.first; v < body.vertices.end(); ++v) box.add(frame.position.col(v));
-    return box;
+inline Box box_of_body(const Frame& frame, const BodyRange& body) {
+    return body.triangles.count == 0 ? Box{} : box_of(frame.position, body.vertices);
 }
 
 /// True unless the frame reports the body at rest. All baselines skip bodies at rest.
@@ -106,20 +92,13 @@ inline bool may_have_moved(const Frame& frame, const BodyRange& body) {
     });
 }
 
-/// Box enlarged by `around` (m, >= 0) on all sides.
-inline Box grown(Box box, double around) {
-    box.min.array() -= around;
-    box.max.array() += around;
-    return box;
-}
-
 /// Appends a pair to contacts.near when its triangles do not intersect and are at most `query_distance` (query
 /// distance, m) apart.
 inline void test_near(const Topology& topology, const Frame& frame, TrianglePair pair, double query_distance,
                       ContactSet& contacts) {
     ++contacts.work.triangle_tests;
-    const Corners first = corners_of(topology, frame, pair.a);
-    const Corners second = corners_of(topology, frame, pair.b);
+    const Corners first = corners_of(topology.triangles, frame.position, pair.a);
+    const Corners second = corners_of(topology.triangles, frame.position, pair.b);
     if (is_within_query_distance(first, second, query_distance) && !triangles_intersect(first, second))
         contacts.near.push_back(pair);
 }
@@ -128,8 +107,8 @@ inline void test_near(const Topology& topology, const Frame& frame, TrianglePair
 /// when they are at most `contacts.query_distance` apart.
 inline void test_candidate(const Topology& topology, const Frame& frame, Index a, Index b, ContactSet& contacts) {
     ++contacts.work.triangle_tests;
-    const Corners first = corners_of(topology, frame, a);
-    const Corners second = corners_of(topology, frame, b);
+    const Corners first = corners_of(topology.triangles, frame.position, a);
+    const Corners second = corners_of(topology.triangles, frame.position, b);
     if (triangles_intersect(first, second)) {
         contacts.pairs.push_back({a, b});
         return;

@@ -93,7 +93,7 @@ public:
         triangle_boxes(frame.position, topology_->triangles, boxes_);
         body_boxes_.clear();
         for (const BodyRange& body : topology_->bodies) {
-            body_boxes_.push_back(baselines::box_of_body(*topology_, frame, body));
+            body_boxes_.push_back(baselines::box_of_body(frame, body));
         }
     }
 
@@ -192,7 +192,6 @@ private:
 }  // namespace
 
 DetectorEntry ccd_pairs_detector() {
-    using Type = Parameter::Type;
     return {
         .name = "ccd_pairs",
         .library = "libccd",
@@ -202,24 +201,11 @@ DetectorEntry ccd_pairs_detector() {
             sizeof(ccd_real_t)),
         .information = InformationLevel::contacts,
         .native_contacts = true,
-        .parameters = {{.name = "algorithm",
-                        .type = Type::choice,
-                        .default_value = "gjk",
-                        .choices = {"gjk", "mpr"},
-                        .meaning = "GJK, with EPA where a depth is wanted, or Minkowski portal refinement"},
-                       {.name = "max_iterations",
-                        .type = Type::integer,
-                        .unit = "1",
-                        .default_value = "100",
-                        .minimum = 1,
-                        .maximum = 1e9,
-                        .meaning = "cap of GJK's and EPA's loops"},
-                       {.name = "tolerance",
-                        .unit = "1",
-                        .default_value = "1e-6",
-                        .minimum = 1e-15,
-                        .maximum = 1.0,
-                        .meaning = "of EPA and MPR, as a fraction of the scene's mean edge"}},
+        .parameters = {choice_parameter("algorithm", "gjk", {"gjk", "mpr"},
+                                        "GJK, with EPA where a depth is wanted, or Minkowski portal refinement"),
+                       integer_parameter("max_iterations", "100", 1, 1e9, "cap of GJK's and EPA's loops"),
+                       number_parameter("tolerance", "1", "1e-6", 1e-15, 1.0,
+                                        "of EPA and MPR, as a fraction of the scene's mean edge")},
         .make = [](const ParameterValues& values) -> std::unique_ptr<Detector> {
             return std::make_unique<CcdPairs>(
                 Settings{.mpr = values.is("algorithm", "mpr"),

@@ -40,8 +40,7 @@ public:
         if (!is_answerable(*topology_, frame)) return;
         for (std::size_t i = 0; i < boxes_.size(); ++i) {
             fill(frame, i, boxes_[i]);
-            body_boxes_[i] = baselines::grown(baselines::box_of_body(*topology_, frame, topology_->bodies[i]),
-                                              query_distance_ / 2.0);
+            body_boxes_[i] = baselines::box_of_body(frame, topology_->bodies[i]).grown(query_distance_ / 2.0);
         }
     }
 
@@ -67,7 +66,7 @@ private:
         boxes.clear();
         const Range triangles = topology_->bodies[body].triangles;
         for (Index t = triangles.first; t < triangles.end(); ++t) {
-            const Box box = baselines::grown(baselines::box_of(*topology_, frame, t), query_distance_ / 2.0);
+            const Box box = box_of(corners_of(topology_->triangles, frame.position, t)).grown(query_distance_ / 2.0);
             boxes.emplace_back(
                 CGAL::Bbox_3(box.min.x(), box.min.y(), box.min.z(), box.max.x(), box.max.y(), box.max.z()), t);
         }
@@ -89,13 +88,8 @@ DetectorEntry cgal_boxes_detector() {
             .version = CGAL_VERSION_STR,
             .configuration = "box_intersection_d (GPL-3), double boxes; candidates decided by trocar's exact test",
             .query_distance = true,
-            .parameters = {{.name = "cutoff",
-                            .type = Parameter::Type::integer,
-                            .unit = "1",
-                            .default_value = "10",
-                            .minimum = 1,
-                            .maximum = 1e9,
-                            .meaning = "sets of fewer boxes are swept instead of divided further"}},
+            .parameters = {integer_parameter("cutoff", "10", 1, 1e9,
+                                             "sets of fewer boxes are swept instead of divided further")},
             .make = [](const ParameterValues& parameters) {
                 return std::make_unique<CgalBoxes>(static_cast<std::ptrdiff_t>(parameters.integer("cutoff")));
             }};

@@ -168,7 +168,7 @@ public:
             body->vertices = &vertices_;
             body->triangles = range.triangles;
             body->triangles_per_primitive = triangles_per_primitive_;
-            body->box = box_of_body(topology, frame, range);
+            body->box = box_of_body(frame, range);
             body->scene = rtcNewScene(device_);
             rtcSetSceneFlags(body->scene, RTC_SCENE_FLAG_DYNAMIC);
             rtcSetSceneBuildQuality(body->scene, RTC_BUILD_QUALITY_LOW);
@@ -195,7 +195,7 @@ public:
             const bool other_query_distance = body.around != query_distance_ / 2.0;
             if (!other_query_distance && !baselines::may_have_moved(frame, topology_->bodies[i])) continue;
             body.around = query_distance_ / 2.0;
-            body.box = baselines::grown(box_of_body(*topology_, frame, topology_->bodies[i]), body.around);
+            body.box = box_of_body(frame, topology_->bodies[i]).grown(body.around);
             rtcUpdateGeometryBuffer(body.geometry, RTC_BUFFER_TYPE_VERTEX, 0);
             rtcCommitGeometry(body.geometry);
             rtcCommitScene(body.scene);
@@ -259,35 +259,21 @@ private:
 
 DetectorEntry embree_collide_detector();
 DetectorEntry embree_collide_detector() {
-    return {.name = "embree_collide",
-            .library = "Embree",
-            .version = RTC_VERSION_STRING,
-            .configuration =
-                "rtcCollide, float boxes rounded outward, threads=1; candidates decided by trocar's exact test",
-            .query_distance = true,
-            .parameters = {{.name = "update",
-                            .type = Parameter::Type::choice,
-                            .default_value = "refit",
-                            .choices = {"refit", "rebuild"},
-                            .meaning = "how the tree follows moved vertices"},
-                           {.name = "leaf",
-                            .type = Parameter::Type::choice,
-                            .default_value = "triangle",
-                            .choices = {"triangle", "cluster"},
-                            .meaning = "what a primitive is: one triangle, or several consecutive ones"},
-                           {.name = "cluster_size",
-                            .type = Parameter::Type::integer,
-                            .unit = "1",
-                            .default_value = "32",
-                            .minimum = 1,
-                            .maximum = largest_cluster,
-                            .meaning = "leaf=cluster: triangles in a primitive"},
-                           {.name = "quality",
-                            .type = Parameter::Type::choice,
-                            .default_value = "low",
-                            .choices = {"low", "medium"},
-                            .meaning = "update=rebuild: tree by Morton codes, or by the surface area heuristic"}},
-            .make = [](const ParameterValues& parameters) { return std::make_unique<EmbreeCollide>(parameters); }};
+    return {
+        .name = "embree_collide",
+        .library = "Embree",
+        .version = RTC_VERSION_STRING,
+        .configuration =
+            "rtcCollide, float boxes rounded outward, threads=1; candidates decided by trocar's exact test",
+        .query_distance = true,
+        .parameters = {choice_parameter("update", "refit", {"refit", "rebuild"}, "how the tree follows moved vertices"),
+                       choice_parameter("leaf", "triangle", {"triangle", "cluster"},
+                                        "what a primitive is: one triangle, or several consecutive ones"),
+                       integer_parameter("cluster_size", "32", 1, largest_cluster,
+                                         "leaf=cluster: triangles in a primitive"),
+                       choice_parameter("quality", "low", {"low", "medium"},
+                                        "update=rebuild: tree by Morton codes, or by the surface area heuristic")},
+        .make = [](const ParameterValues& parameters) { return std::make_unique<EmbreeCollide>(parameters); }};
 }
 
 }  // namespace trocar

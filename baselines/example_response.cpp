@@ -117,19 +117,10 @@ ResponseEntry example_response() {
     // as penalty.cpp does.
     entry.contact_generators = {"tracked_proximity"};
     entry.parameters = {
-        {.name = "k",
-         .unit = "N/m",
-         .default_value = "auto",
-         .minimum = 0.0,
-         .maximum = 1e9,
-         .meaning = "contact stiffness; auto: the scene's, else 1000, on tissue the mean of the springs",
-         .words = {"auto"}},
-        {.name = "relaxation_time",
-         .unit = "s",
-         .default_value = "0.003",
-         .minimum = 0.0,
-         .maximum = 10.0,
-         .meaning = "mu / k where k is not the scene's"}};
+        number_parameter("k", "N/m", "auto", 0.0, 1e9,
+                         "contact stiffness; auto: the scene's, else 1000, on tissue the mean of the springs",
+                         {"auto"}),
+        number_parameter("relaxation_time", "s", "0.003", 0.0, 10.0, "mu / k where k is not the scene's")};
     entry.make = [](const ParameterValues& values) {
         return std::make_unique<ExampleResponse>(values.number("k"), values.number("relaxation_time"));
     };

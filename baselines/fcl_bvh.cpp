@@ -232,35 +232,23 @@ std::unique_ptr<Detector> make(const ParameterValues& values) {
 }  // namespace
 
 DetectorEntry fcl_bvh_detector() {
-    using Type = Parameter::Type;
-    return {
-        .name = "fcl_bvh",
-        .library = "FCL",
-        .version = FCL_VERSION,
-        .configuration = fmt::format("double precision; FCL_HAVE_SSE {}; traversal driven without copies of the models",
-                                     FCL_HAVE_SSE),
-        .information = InformationLevel::contacts,
-        .native_contacts = true,
-        .query_distance = true,
-        .parameters = {{.name = "bv",
-                        .type = Type::choice,
-                        .default_value = "AABB",
-                        .choices = {"AABB", "OBB", "RSS", "OBBRSS", "kIOS", "KDOP16", "KDOP18", "KDOP24"},
-                        .meaning = "bounding volume of the tree"},
-                       {.name = "update",
-                        .type = Type::choice,
-                        .default_value = "refit",
-                        .choices = {"refit", "rebuild"},
-                        .meaning = "follow the vertices bottom up in the same tree, or build a new tree every tick"},
-                       {.name = "rebuild_period",
-                        .type = Type::integer,
-                        .unit = "1",
-                        .default_value = "none",
-                        .minimum = 1,
-                        .maximum = 1e9,
-                        .meaning = "with update=refit: a new tree every so many ticks",
-                        .words = {"none"}}},
-        .make = make};
+    return {.name = "fcl_bvh",
+            .library = "FCL",
+            .version = FCL_VERSION,
+            .configuration = fmt::format(
+                "double precision; FCL_HAVE_SSE {}; traversal driven without copies of the models", FCL_HAVE_SSE),
+            .information = InformationLevel::contacts,
+            .native_contacts = true,
+            .query_distance = true,
+            .parameters = {choice_parameter("bv", "AABB",
+                                            {"AABB", "OBB", "RSS", "OBBRSS", "kIOS", "KDOP16", "KDOP18", "KDOP24"},
+                                            "bounding volume of the tree"),
+                           choice_parameter(
+                               "update", "refit", {"refit", "rebuild"},
+                               "follow the vertices bottom up in the same tree, or build a new tree every tick"),
+                           integer_parameter("rebuild_period", "none", 1, 1e9,
+                                             "with update=refit: a new tree every so many ticks", {"none"})},
+            .make = make};
 }
 
 }  // namespace trocar

@@ -334,7 +334,6 @@ private:
 }  // namespace
 
 DetectorEntry fcl_continuous_detector() {
-    using Type = Parameter::Type;
     return {
         .name = "fcl_continuous",
         .library = "FCL",
@@ -342,37 +341,17 @@ DetectorEntry fcl_continuous_detector() {
         .configuration = fmt::format(
             "double precision; FCL_HAVE_SSE {}; discrete at the end of the tick, continuous over it", FCL_HAVE_SSE),
         .information = InformationLevel::pairs,
-        .parameters = {{.name = "solver",
-                        .type = Type::choice,
-                        .default_value = "polynomial",
-                        .choices = {"polynomial", "advancement", "conservative", "naive"},
-                        .meaning = "cubic tests of vertices and edges; or for rigid bodies only: advancement on RSS "
-                                   "trees, what continuousCollide does when asked for it, poses at `iterations` "
-                                   "moments"},
-                       {.name = "motion",
-                        .type = Type::choice,
-                        .default_value = "linear",
-                        .choices = {"linear", "translation", "screw"},
-                        .meaning = "how a rigid body moves from pose to pose; polynomial: vertices move straight"},
-                       {.name = "toc_err",
-                        .unit = "1",
-                        .default_value = "0.0001",
-                        .minimum = 1e-6,
-                        .maximum = 1.0,
-                        .meaning = "tolerated error of the time of contact, part of the tick; advancement and naive"},
-                       {.name = "iterations",
-                        .type = Type::integer,
-                        .unit = "1",
-                        .default_value = "10",
-                        .minimum = 2,
-                        .maximum = 1e6,
-                        .meaning = "naive: number of poses, those at start and end included"},
-                       {.name = "scale",
-                        .unit = "1",
-                        .default_value = "1000",
-                        .minimum = 1e-6,
-                        .maximum = 1e9,
-                        .meaning = "polynomial: length units that FCL sees per metre"}},
+        .parameters =
+            {choice_parameter("solver", "polynomial", {"polynomial", "advancement", "conservative", "naive"},
+                              "cubic tests of vertices and edges; or for rigid bodies only: advancement on RSS "
+                              "trees, what continuousCollide does when asked for it, poses at `iterations` "
+                              "moments"),
+             choice_parameter("motion", "linear", {"linear", "translation", "screw"},
+                              "how a rigid body moves from pose to pose; polynomial: vertices move straight"),
+             number_parameter("toc_err", "1", "0.0001", 1e-6, 1.0,
+                              "tolerated error of the time of contact, part of the tick; advancement and naive"),
+             integer_parameter("iterations", "10", 2, 1e6, "naive: number of poses, those at start and end included"),
+             number_parameter("scale", "1", "1000", 1e-6, 1e9, "polynomial: length units that FCL sees per metre")},
         .make = [](const ParameterValues& values) -> std::unique_ptr<Detector> {
             if (values.is("solver", "polynomial")) return std::make_unique<FclPolynomial>(values.number("scale"));
             fcl::CCDMotionType motion = fcl::CCDM_LINEAR;

@@ -429,45 +429,27 @@ ResponseEntry ode_joints_response() {
     entry.version = TROCAR_ODE_VERSION;
     entry.configuration = fmt::format("sizeof(dReal) {}; {}", sizeof(dReal), ode_configuration());
     entry.table_row = "D. Baraff et al";
-    const auto choice = [](const char* name, const char* first, std::vector<std::string> choices, const char* meaning) {
-        return Parameter{.name = name,
-                         .type = Parameter::Type::choice,
-                         .default_value = first,
-                         .choices = std::move(choices),
-                         .meaning = meaning};
-    };
-    const auto whole = [](const char* name, const char* value, double least, const char* meaning) {
-        return Parameter{.name = name,
-                         .type = Parameter::Type::integer,
-                         .unit = "1",
-                         .default_value = value,
-                         .minimum = least,
-                         .maximum = 1000.0,
-                         .meaning = meaning};
-    };
     Parameter acts = timing_parameter("auto");
     acts.choices.insert(acts.choices.begin(), "auto");
     acts.meaning += "; auto: substep (penalty), held (library)";
     entry.parameters = {
-        choice("setting", "penalty", {"penalty", "library"},
-               "ERP and CFM that make a joint the spring k and damper mu, or the library's own (ERP 0.2, CFM 1e-10)"),
-        choice("stepper", "auto", {"auto", "world", "quick"},
-               "dWorldStep or dWorldQuickStep; auto: the first for penalty, the second for library"),
-        whole("iterations", "20", 1.0, "iterations of dWorldQuickStep"),
+        choice_parameter(
+            "setting", "penalty", {"penalty", "library"},
+            "ERP and CFM that make a joint the spring k and damper mu, or the library's own (ERP 0.2, CFM 1e-10)"),
+        choice_parameter("stepper", "auto", {"auto", "world", "quick"},
+                         "dWorldStep or dWorldQuickStep; auto: the first for penalty, the second for library"),
+        integer_parameter("iterations", "20", 1.0, 1000.0, "iterations of dWorldQuickStep"),
         std::move(acts),
-        choice("points", "auto", {"auto", "three", "vertex"},
-               "a contact in a face: three joints by barycentric weights (auto for penalty), or one at the nearest "
-               "vertex (auto for library)"),
+        choice_parameter(
+            "points", "auto", {"auto", "three", "vertex"},
+            "a contact in a face: three joints by barycentric weights (auto for penalty), or one at the nearest "
+            "vertex (auto for library)"),
         reduction_parameter(),
-        {.name = "device_mass",
-         .unit = "kg",
-         .default_value = "0.1",
-         .minimum = 1e-6,
-         .maximum = 1e3,
-         .meaning = "mass that stands for an instrument against another instrument or a rigid body"},
-        whole("seed", "1", 0.0, "of the random order of rows in dWorldQuickStep, set each time its world is")};
-    const std::vector<Parameter> law =
-        law_parameters("1000 between instruments and rigid bodies, on tissue the mean of the springs there");
+        number_parameter("device_mass", "kg", "0.1", 1e-6, 1e3,
+                         "mass that stands for an instrument against another instrument or a rigid body"),
+        integer_parameter("seed", "1", 0.0, 1000.0,
+                          "of the random order of rows in dWorldQuickStep, set each time its world is")};
+    const std::vector<Parameter> law = law_parameters(auto_stiffness);
     entry.parameters.insert(entry.parameters.begin() + 1, law.begin(), law.end());
     // `proximity` offers several open features per vertex. dWorldStep's dense solver takes minutes per simulated second
     // for them, and a check of its own fails (dxLDLTRemove).

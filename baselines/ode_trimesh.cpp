@@ -310,37 +310,28 @@ private:
 
 DetectorEntry ode_trimesh_detector() {
     use_ode();
-    return {.name = "ode_trimesh",
-            .library = "ODE",
-            .version = TROCAR_ODE_VERSION,
-            .configuration = fmt::format("sizeof(dReal) {}; {}", sizeof(dReal), ode_configuration()),
-            .information = InformationLevel::contacts,
-            .native_contacts = true,
-            .parameters = {{.name = "scale",
-                            .unit = "1",
-                            .default_value = "1000",
-                            .minimum = 1e-6,
-                            .maximum = 1e9,
-                            .meaning = "length units that ODE sees per metre; ODE merges contacts within 1e-4 units"},
-                           {.name = "update",
-                            .type = Parameter::Type::choice,
-                            .default_value = "refit",
-                            .choices = {"refit", "rebuild"},
-                            .meaning = "follow the vertices in the same tree, or build a new tree every tick"},
-                           {.name = "merge",
-                            .type = Parameter::Type::choice,
-                            .default_value = "as_is",
-                            .choices = {"as_is", "none"},
-                            .meaning = "one trimesh per body, or several whose triangles share no vertex, so that no "
-                                       "pair is lost by merging contacts"}},
-            .make = [](const ParameterValues& values) -> std::unique_ptr<Detector> {
-                if (!ode_precision_matches()) {
-                    throw InputError("ode_trimesh: ODE's library and headers differ in the size of a number");
-                }
-                return std::make_unique<OdeTrimesh>(Settings{.scale = values.number("scale"),
-                                                             .refit = values.is("update", "refit"),
-                                                             .split = values.is("merge", "none")});
-            }};
+    return {
+        .name = "ode_trimesh",
+        .library = "ODE",
+        .version = TROCAR_ODE_VERSION,
+        .configuration = fmt::format("sizeof(dReal) {}; {}", sizeof(dReal), ode_configuration()),
+        .information = InformationLevel::contacts,
+        .native_contacts = true,
+        .parameters = {number_parameter("scale", "1", "1000", 1e-6, 1e9,
+                                        "length units that ODE sees per metre; ODE merges contacts within 1e-4 units"),
+                       choice_parameter("update", "refit", {"refit", "rebuild"},
+                                        "follow the vertices in the same tree, or build a new tree every tick"),
+                       choice_parameter("merge", "as_is", {"as_is", "none"},
+                                        "one trimesh per body, or several whose triangles share no vertex, so that no "
+                                        "pair is lost by merging contacts")},
+        .make = [](const ParameterValues& values) -> std::unique_ptr<Detector> {
+            if (!ode_precision_matches()) {
+                throw InputError("ode_trimesh: ODE's library and headers differ in the size of a number");
+            }
+            return std::make_unique<OdeTrimesh>(Settings{.scale = values.number("scale"),
+                                                         .refit = values.is("update", "refit"),
+                                                         .split = values.is("merge", "none")});
+        }};
 }
 
 }  // namespace trocar

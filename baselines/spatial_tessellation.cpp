@@ -109,7 +109,7 @@ public:
 
 private:
     [[nodiscard]] Box box_of(const Frame& frame, Index triangle) const {
-        return baselines::grown(baselines::box_of(*topology_, frame, triangle), query_distance_ / 2.0);
+        return trocar::box_of(corners_of(topology_->triangles, frame.position, triangle)).grown(query_distance_ / 2.0);
     }
     [[nodiscard]] Index body_of(Index triangle) const {
         return topology_->body_of_triangle[static_cast<std::size_t>(triangle)];
@@ -120,7 +120,7 @@ private:
         if (std::isnan(edge)) {
             double sum = 0.0;
             for (Index t = 0; t < topology_->triangle_count(); ++t) {
-                const Corners corner = baselines::corners_of(*topology_, frame, t);
+                const Corners corner = corners_of(topology_->triangles, frame.position, t);
                 for (std::size_t k = 0; k < 3; ++k) sum += (corner[(k + 1) % 3] - corner[k]).norm();
             }
             constexpr double mean_edges = 3.0;
@@ -130,9 +130,7 @@ private:
     }
 
     void find_box(const Frame& frame) {
-        box_ = Box{};
-        for (Index v = 0; v < topology_->vertex_count; ++v) box_.add(frame.position.col(v));
-        box_ = baselines::grown(box_, query_distance_ / 2.0);
+        box_ = trocar::box_of(frame.position, {0, topology_->vertex_count}).grown(query_distance_ / 2.0);
     }
 
     /// Cell of every vertex, `edge` long (m); false when a dense array over them would be too large.
@@ -297,32 +295,25 @@ private:
 
 DetectorEntry spatial_tessellation_detector();
 DetectorEntry spatial_tessellation_detector() {
-    using Type = Parameter::Type;
-    return {.name = "spatial_tessellation",
-            .configuration = "one level of equal cells, rebuilt every tick; candidates decided by trocar's exact test",
-            .claims_exact = true,
-            .query_distance = true,
-            .parameters = {{.name = "cell",
-                            .unit = "m",
-                            .default_value = "auto",
-                            .minimum = 1e-12,
-                            .meaning = "edge of a cell; auto = 3 x the mean edge of the first frame",
-                            .words = {"auto"}},
-                           {.name = "storage",
-                            .type = Type::choice,
-                            .default_value = "hashed",
-                            .choices = {"hashed", "dense"},
-                            .meaning = "cells hashed into as many buckets as triangles, or an array over all cells"},
-                           {.name = "cells_per_triangle",
-                            .unit = "1",
-                            .default_value = "8",
-                            .minimum = 0.01,
-                            .maximum = 1000.0,
-                            .meaning = "storage=dense: cells grow until the array has no more than this"}},
-            .make = [](const ParameterValues& values) {
-                return std::make_unique<SpatialTessellation>(values.number("cell"), values.is("storage", "dense"),
-                                                             values.number("cells_per_triangle"));
-            }};
+    return {
+        .name = "spatial_tessellation",
+        .configuration = "one level of equal cells, rebuilt every tick; candidates decided by trocar's exact test",
+        .claims_exact = true,
+        .query_distance = true,
+        .parameters = {{.name = "cell",
+                        .unit = "m",
+                        .default_value = "auto",
+                        .minimum = 1e-12,
+                        .meaning = "edge of a cell; auto = 3 x the mean edge of the first frame",
+                        .words = {"auto"}},
+                       choice_parameter("storage", "hashed", {"hashed", "dense"},
+                                        "cells hashed into as many buckets as triangles, or an array over all cells"),
+                       number_parameter("cells_per_triangle", "1", "8", 0.01, 1000.0,
+                                        "storage=dense: cells grow until the array has no more than this")},
+        .make = [](const ParameterValues& values) {
+            return std::make_unique<SpatialTessellation>(values.number("cell"), values.is("storage", "dense"),
+                                                         values.number("cells_per_triangle"));
+        }};
 }
 
 }  // namespace trocar

@@ -298,8 +298,8 @@ struct PressedSheet {
         std::vector<IndexPair> candidates;
         overlapping_boxes(boxes, topology.bodies[0].triangles, topology.bodies[1].triangles, candidates);
         for (const IndexPair& pair : candidates) {
-            const Corners first = baselines::corners_of(topology, frame, pair.first);
-            const Corners second = baselines::corners_of(topology, frame, pair.second);
+            const Corners first = corners_of(topology.triangles, frame.position, pair.first);
+            const Corners second = corners_of(topology.triangles, frame.position, pair.second);
             const bool meet = oracle_intersect(first, second);
             (meet ? meeting : apart).emplace_back(first, second);
             if (meet) contacts.pairs.push_back({pair.first, pair.second});

@@ -190,11 +190,6 @@ std::vector<TrianglePair> pairs_meant(const Scene& scene, const Names& names, co
     return pairs;
 }
 
-Corners corners_of(const Topology& topology, const Frame& frame, Index triangle) {
-    const auto vertices = topology.triangles.col(triangle);
-    return {frame.position.col(vertices[0]), frame.position.col(vertices[1]), frame.position.col(vertices[2])};
-}
-
 Json contact_json(const Contact& contact, const Names& names) {
     return {{"case", case_name(contact.kind)},
             {"point", json_vector(contact.point)},
@@ -227,8 +222,8 @@ struct PairFacts {
     PairFacts(const Scene& scene, const Frame& frame, const DepthTruth& depth, const Names& names,
               TrianglePair the_pair)
         : pair(the_pair) {
-        const Corners a = corners_of(scene.topology, frame, pair.a);
-        const Corners b = corners_of(scene.topology, frame, pair.b);
+        const Corners a = corners_of(scene.topology.triangles, frame.position, pair.a);
+        const Corners b = corners_of(scene.topology.triangles, frame.position, pair.b);
         true_class = oracle_class(a, b);
         crossing = cross_triangles(a, b);
         intersection = derive_contact(scene.topology, frame, pair);

@@ -19,7 +19,7 @@
 namespace trocar::app {
 
 using Json = nlohmann::ordered_json;
-using equations::Corners;
+using Corners;
 
 inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 

@@ -62,6 +62,8 @@ struct ContactForceLaw {
 
     /// Acts at any gap, in both directions.
     [[nodiscard]] bool bilateral() const { return role == ContactRole::damper || role == ContactRole::grasp; }
+    /// Its force may be negative.
+    [[nodiscard]] bool pulls() const { return bilateral() || adhesive; }
 };
 
 /// Force law of a contact over a step of h (s), backward Euler on the penetration p = max(0, depth). F = max(0, k p_end

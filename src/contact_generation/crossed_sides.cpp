@@ -15,21 +15,12 @@ namespace {
 /// through an edge of a regular mesh.
 const Vector3 tiny_offset{1.37e-11, -2.91e-11, 2.23e-11};
 
-Corners corners_from(const Topology& topology, const Matrix3X& position, Index triangle) {
-    const auto c = topology.triangles.col(triangle);
-    return {position.col(c[0]), position.col(c[1]), position.col(c[2])};
-}
-
 /// Signed crossings of a vertex with a triangle. The triangle moves first, then the vertex.
 int crossing(const Vector3& from, const Vector3& to, const std::array<Index, 3>& number, const Corners& before,
              const Corners& after) {
-    Box path;
-    path.add(from);
-    path.add(to);
-    path.min.array() -= 1e-9;
-    path.max.array() += 1e-9;
+    const Box path = box_of(from, to).grown(1e-9);
     Box swept = box_of(before);
-    for (const Vector3& corner : after) swept.add(corner);
+    swept.add(box_of(after));
     if (!path.overlaps(swept)) return 0;
     const Vector3 x = from + tiny_offset;
     int sum = 0;
@@ -102,7 +93,7 @@ void CrossedSides::settle(const TickStart& start, const std::vector<PointFace>& 
         const std::array<Index, 3> number{c[0], c[1], c[2]};
         const Vector3 v0 = frame.previous.col(one.vertex);
         const Vector3 v1 = start.position(one.vertex, one.vertex_body);
-        const Corners f0 = corners_from(topology, frame.previous, one.triangle);
+        const Corners f0 = corners_of(topology.triangles, frame.previous, one.triangle);
         const Corners f1{start.position(c[0], one.face_body), start.position(c[1], one.face_body),
                          start.position(c[2], one.face_body)};
         // Tissue moves first: its vertex moves before the face of an operator-driven body.
@@ -122,7 +113,7 @@ void CrossedSides::carry_along(const TickStart& start, const std::vector<PointFa
         const Corners f1{start.position(c[0], one.face_body), start.position(c[1], one.face_body),
                          start.position(c[2], one.face_body)};
         cross(one, crossing(start.position(one.vertex, one.vertex_body), frame.position.col(one.vertex), number, f1,
-                            corners_from(topology, frame.position, one.triangle)));
+                            corners_of(topology.triangles, frame.position, one.triangle)));
     }
 }
 
@@ -165,9 +156,7 @@ void CrossedSides::start_closed(const Topology& topology, const Frame& first, co
     const Range vertices = topology.bodies[at(body)].vertices;
     for (Index v = vertices.first; v < vertices.end(); ++v) {
         const Vector3 x = first.position.col(v) + tiny_offset;
-        Box box;
-        box.add(x);
-        if (!box.overlaps(surface.box())) continue;
+        if (!box_of(x, x).overlaps(surface.box())) continue;
         const int count = -surface.crossings(x, x + outwards);
         if (count != 0) start_layer(first, surface, v, body, face_body, count);
     }

@@ -17,8 +17,8 @@ Corners corners_at(const TickStart& start, Index triangle, Index body) {
 }
 
 Box widened(const Corners& corners, const Vector3& by) {
-    return {corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]) - by,
-            corners[0].cwiseMax(corners[1]).cwiseMax(corners[2]) + by};
+    const Box box = box_of(corners);
+    return {box.min - by, box.max + by};
 }
 
 Vector3 unit_normal_of(const Corners& c) {

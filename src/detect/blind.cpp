@@ -73,13 +73,10 @@ DetectorEntry blind_detector() {
             .configuration = "a control, not a method: answers nothing, or all but the triangles that it hides",
             .query_distance = true,
             .control = true,
-            .parameters = {{.name = "hide",
-                            .unit = "1",
-                            .default_value = "1",
-                            .minimum = 0.0,
-                            .maximum = 1.0,
-                            .meaning = "part of every instrument's triangles that is never in an answer, evenly spread "
-                                       "over their numbers; 1: no answer at all, whatever the bodies"}},
+            .parameters = {number_parameter(
+                "hide", "1", "1", 0.0, 1.0,
+                "part of every instrument's triangles that is never in an answer, evenly spread "
+                "over their numbers; 1: no answer at all, whatever the bodies")},
             .make = [](const ParameterValues& values) { return std::make_unique<Blind>(values.number("hide")); }};
 }
 

@@ -28,9 +28,7 @@ public:
             const Range first = topology_->bodies[static_cast<std::size_t>(body_a)].triangles;
             const Range second = topology_->bodies[static_cast<std::size_t>(body_b)].triangles;
             for (Index a = first.first; a < first.end(); ++a) {
-                Box around = boxes_[static_cast<std::size_t>(a)];
-                around.min.array() -= query_distance_;
-                around.max.array() += query_distance_;
+                const Box around = boxes_[static_cast<std::size_t>(a)].grown(query_distance_);
                 for (Index b = second.first; b < second.end(); ++b) {
                     ++contacts.work.box_tests;
                     if (!around.overlaps(boxes_[static_cast<std::size_t>(b)])) continue;
@@ -56,8 +54,7 @@ private:
         if (is_within_query_distance(first, second, query_distance_)) contacts.near.push_back(pair);
     }
     [[nodiscard]] Corners corners(const Frame& frame, Index triangle) const {
-        const auto vertices = topology_->triangles.col(triangle);
-        return {frame.position.col(vertices(0)), frame.position.col(vertices(1)), frame.position.col(vertices(2))};
+        return corners_of(topology_->triangles, frame.position, triangle);
     }
 
     const Topology* topology_ = nullptr;

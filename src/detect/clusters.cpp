@@ -230,9 +230,7 @@ double looseness(const Topology& topology, const Frame& frame, const std::vector
         for (std::size_t at = first; at < end; ++at) {
             for (const Index v : topology.triangles.col(triangle_order[at])) {
                 tight.add(frame.position.col(v));
-                const Box& around = block[block_of(v)];
-                loose.add(around.min);
-                loose.add(around.max);
+                loose.add(block[block_of(v)]);
             }
         }
         sum += longest(loose);

@@ -11,8 +11,7 @@ namespace trocar {
 namespace {
 
 Corners corners(const Topology& topology, const Frame& frame, Index triangle) {
-    const auto vertices = topology.triangles.col(triangle);
-    return {frame.position.col(vertices(0)), frame.position.col(vertices(1)), frame.position.col(vertices(2))};
+    return corners_of(topology.triangles, frame.position, triangle);
 }
 
 /// Calls apart(run of candidates, their batch, bits of those that meet) for each run.

@@ -134,7 +134,6 @@ private:
 }  // namespace
 
 DetectorEntry ohc_detector() {
-    using Type = Parameter::Type;
     return {
         .name = "ohc",
         .configuration = "double precision cells and boxes; exact triangle test; one thread",
@@ -150,18 +149,10 @@ DetectorEntry ohc_detector() {
                   "edge of a cell; auto = 1.5 x the mean edge of the moving body with the shortest edges, at least the "
                   "scene's mean edge",
               .words = {"auto"}},
-             {.name = "hash",
-              .type = Type::choice,
-              .default_value = "fibonacci",
-              .choices = {"fibonacci", "teschner"},
-              .meaning = "hash of a cell's numbers; changes the time, never the answer"},
-             {.name = "hash_bits",
-              .type = Type::integer,
-              .unit = "1",
-              .default_value = "12",
-              .minimum = 1,
-              .maximum = 24,
-              .meaning = "the cell map starts with 2^hash_bits slots and doubles when half full"},
+             choice_parameter("hash", "fibonacci", {"fibonacci", "teschner"},
+                              "hash of a cell's numbers; changes the time, never the answer"),
+             integer_parameter("hash_bits", "12", 1, 24,
+                               "the cell map starts with 2^hash_bits slots and doubles when half full"),
              {.name = "margin",
               .unit = "m",
               .default_value = "0",

@@ -164,7 +164,6 @@ private:
 }  // namespace
 
 DetectorEntry ohc_clustered_detector() {
-    using Type = Parameter::Type;
     return {
         .name = "ohc_clustered",
         .configuration =
@@ -174,21 +173,12 @@ DetectorEntry ohc_clustered_detector() {
         .own = true,
         .claims_exact = true,
         .query_distance = true,
-        .parameters =
-            {{.name = "order",
-              .type = Type::choice,
-              .default_value = "auto",
-              .choices = {"auto", "given", "local"},
-              .meaning = "vertices and triangles in the caller's order, in one made for locality, or the better one"},
-             {.name = "simd",
-              .type = Type::choice,
-              .default_value = "auto",
-              .choices = {"auto", "scalar"},
-              .meaning = "the widest vectors the CPU has, or none; the answer is the same"},
-             test_parameter(),
-             swept_parameter(),
-             max_pairs_parameter(),
-             work_budget_parameter()},
+        .parameters = {choice_parameter(
+                           "order", "auto", {"auto", "given", "local"},
+                           "vertices and triangles in the caller's order, in one made for locality, or the better one"),
+                       choice_parameter("simd", "auto", {"auto", "scalar"},
+                                        "the widest vectors the CPU has, or none; the answer is the same"),
+                       test_parameter(), swept_parameter(), max_pairs_parameter(), work_budget_parameter()},
         .make = [](const ParameterValues& values) {
             ClusteredSettings settings;
             if (values.is("order", "given")) settings.order = ClusterOrder::given;

@@ -11,45 +11,28 @@ namespace trocar {
 
 /// Choice of the triangle test (narrow_phase.hpp).
 inline Parameter test_parameter() {
-    return {.name = "test",
-            .type = Parameter::Type::choice,
-            .default_value = "exact",
-            .choices = {"exact", "interval", "moller"},
-            .meaning = "triangle test; only exact is free of errors"};
+    return choice_parameter("test", "exact", {"exact", "interval", "moller"},
+                            "triangle test; only exact is free of errors");
 }
 
 /// Limit on the number of reported pairs.
 inline Parameter max_pairs_parameter() {
-    return {.name = "max_pairs",
-            .type = Parameter::Type::integer,
-            .unit = "1",
-            .default_value = "none",
-            .minimum = 0,
-            .maximum = 1e15,
-            .meaning = "report at most this many pairs and set `truncated`",
-            .words = {"none"}};
+    return integer_parameter("max_pairs", "none", 0, 1e15, "report at most this many pairs and set `truncated`",
+                             {"none"});
 }
 
 /// Limit on WorkCounters::work() of a tick.
 inline Parameter work_budget_parameter() {
-    return {.name = "work_budget",
-            .type = Parameter::Type::integer,
-            .unit = "1",
-            .default_value = "none",
-            .minimum = 0,
-            .maximum = 1e15,
-            .meaning = "largest work (vertices read + cells visited + box tests + triangle tests) of a tick",
-            .words = {"none"}};
+    return integer_parameter("work_budget", "none", 0, 1e15,
+                             "largest work (vertices read + cells visited + box tests + triangle tests) of a tick",
+                             {"none"});
 }
 
 /// Whether contacts that begin between two frames are reported (swept.hpp).
 inline Parameter swept_parameter() {
-    return {
-        .name = "swept",
-        .type = Parameter::Type::choice,
-        .default_value = "off",
-        .choices = {"off", "on"},
-        .meaning = "also report the pairs that begin to touch between two frames and when; never part of the pairs"};
+    return choice_parameter(
+        "swept", "off", {"off", "on"},
+        "also report the pairs that begin to touch between two frames and when; never part of the pairs");
 }
 
 /// Values of these parameters.

@@ -12,12 +12,7 @@ namespace trocar {
 namespace {
 
 MovingTriangle moving(const Topology& topology, const Frame& frame, Index triangle) {
-    const auto v = topology.triangles.col(triangle);
-    MovingTriangle result;
-    for (int k = 0; k < 3; ++k) {
-        result[static_cast<std::size_t>(k)] = {frame.previous.col(v(k)), frame.position.col(v(k))};
-    }
-    return result;
+    return moving_triangle(topology.triangles, frame.previous, frame.position, triangle);
 }
 
 bool moved(const Topology& topology, const Frame& frame, Index triangle) {

@@ -170,9 +170,8 @@ public:
     void add(const PlayedFrame& frame) override { frames_[frame.tick] = {frame.time, frame.position}; }
 
     void finish() override {
-        Box box;
         const Matrix3X& first = frames_.begin()->second.position;
-        for (Eigen::Index i = 0; i < first.cols(); ++i) box.add(first.col(i));
+        const Box box = box_of(first, Range{0, static_cast<Index>(first.cols())});
         middle_ = first.cols() > 0 ? Vector3(0.5 * (box.min + box.max)) : Vector3::Zero();
         size_ = first.cols() > 0 ? (box.max - box.min).norm() : 0.0;
         Floats times;

@@ -14,11 +14,7 @@ struct Entry {
 
 Box union_of(const std::vector<Box>& boxes, Range range) {
     Box all;
-    for (Index i = range.first; i < range.end(); ++i) {
-        const Box& box = boxes[static_cast<std::size_t>(i)];
-        all.min = all.min.cwiseMin(box.min);
-        all.max = all.max.cwiseMax(box.max);
-    }
+    for (Index i = range.first; i < range.end(); ++i) all.add(boxes[at(i)]);
     return all;
 }
 

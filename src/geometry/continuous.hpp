@@ -19,6 +19,13 @@ struct MovingPoint {
 inline MovingPoint operator-(const MovingPoint& a, const MovingPoint& b) { return {a.start - b.start, a.end - b.end}; }
 using MovingEdge = std::array<MovingPoint, 2>;
 using MovingTriangle = std::array<MovingPoint, 3>;
+/// One of the `triangles` (3×T, into both positions).
+inline MovingTriangle moving_triangle(const Triangles& triangles, const Matrix3X& start, const Matrix3X& end,
+                                      Index triangle) {
+    MovingTriangle result;
+    for (int k = 0; k < 3; ++k) result[at(k)] = {start.col(triangles(k, triangle)), end.col(triangles(k, triangle))};
+    return result;
+}
 
 /// Earliest time in [0, 1] at which the two closed sets share a point, rounded down to a multiple of 2^-53; empty when
 /// they never do. The yes/no answer is exact, also for degenerate edges and faces, motion in one plane and no motion.

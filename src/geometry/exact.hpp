@@ -22,6 +22,14 @@ std::string_view name_of(PairClass pair_class);
 
 /// Three corners of a triangle; m or any unit.
 using Corners = std::array<Vector3, 3>;
+/// Corners of one of the `triangles` (3×T, into `position`).
+inline Corners corners_of(const Triangles& triangles, const Matrix3X& position, Index triangle) {
+    const auto corner = triangles.col(triangle);
+    return {position.col(corner[0]), position.col(corner[1]), position.col(corner[2])};
+}
+inline Box box_of(const Corners& corners) {
+    return {corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]), corners[0].cwiseMax(corners[1]).cwiseMax(corners[2])};
+}
 
 /// True when the closed triangles share a point. Exact, also for degenerate triangles (segments, points). The project's
 /// detectors decide with it. Precondition: all coordinates finite.

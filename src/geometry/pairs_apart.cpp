@@ -44,10 +44,7 @@ PairsApart::PairsApart(const Matrix3X& vertices, const Triangles& triangles)
     std::iota(order_.begin(), order_.end(), Index{0});
     if (order_.empty()) return;
     Box whole;
-    for (const Box& box : boxes_) {
-        whole.add(box.min);
-        whole.add(box.max);
-    }
+    for (const Box& box : boxes_) whole.add(box);
     middle_ = 0.5 * whole.min + 0.5 * whole.max;
     size_ = (whole.max - whole.min).norm();
     build(0, static_cast<Index>(order_.size()));

@@ -15,12 +15,6 @@ constexpr Index leaf_size = 8;
 
 }  // namespace
 
-Box box_of(const Corners& corners) {
-    Box box;
-    for (const Vector3& corner : corners) box.add(corner);
-    return box;
-}
-
 double squared_gap(const Box& a, const Box& b) {
     return (a.min - b.max).cwiseMax(b.min - a.max).cwiseMax(0.0).squaredNorm();
 }
@@ -30,20 +24,15 @@ SurfaceTree::SurfaceTree(const Triangles& triangles, std::vector<Index> chosen, 
     build(0, static_cast<Index>(order_.size()));
 }
 
-Corners SurfaceTree::corners(Index triangle) const {
-    const auto c = triangles_.col(triangle);
-    return {position_.col(c[0]), position_.col(c[1]), position_.col(c[2])};
-}
-
 void SurfaceTree::build(Index first, Index count) {
     const auto sum_of_corners = [this](Index triangle) {
-        const Corners c = corners(triangle);
+        const Corners c = corners_of(triangles_, position_, triangle);
         return Vector3(c[0] + c[1] + c[2]);
     };
     Box box;
     Box middles;
     for (Index i = first; i < first + count; ++i) {
-        for (const Vector3& corner : corners(order_[at(i)])) box.add(corner);
+        box.add(box_of(corners_of(triangles_, position_, order_[at(i)])));
         middles.add(sum_of_corners(order_[at(i)]));
     }
     const std::size_t number = nodes_.size();
@@ -85,27 +74,22 @@ void SurfaceTree::visit(const Box& box, const double& squared_query_distance, co
             continue;
         }
         for (Index i = node.first; i < node.first + node.count; ++i) {
-            const Corners c = corners(order_[at(i)]);
+            const Corners c = corners_of(triangles_, position_, order_[at(i)]);
             if (squared_gap(box_of(c), box) <= squared_query_distance * (1.0 + 1e-12)) act(order_[at(i)], c);
         }
     }
 }
 
 int SurfaceTree::crossings(const Vector3& from, const Vector3& to) const {
-    Box path;
-    path.add(from);
-    path.add(to);
     int sum = 0;
-    visit(path, 0.0, [&](Index, const Corners& c) { sum += segment_crossing(from, to, c[0], c[1], c[2]); });
+    visit(box_of(from, to), 0.0, [&](Index, const Corners& c) { sum += segment_crossing(from, to, c[0], c[1], c[2]); });
     return sum;
 }
 
 Index SurfaceTree::nearest(const Vector3& x) const {
     Index best = -1;
     double least = std::numeric_limits<double>::infinity();
-    Box place;
-    place.add(x);
-    visit(place, least, [&](Index triangle, const Corners& c) {
+    visit(box_of(x, x), least, [&](Index triangle, const Corners& c) {
         const double distance = (point_at(c, closest_point_on_triangle(c, x)) - x).squaredNorm();
         if (distance < least || (distance == least && triangle < best)) {
             least = distance;

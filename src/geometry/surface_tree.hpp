@@ -9,7 +9,6 @@
 
 namespace trocar {
 
-[[nodiscard]] Box box_of(const Corners& corners);
 /// Squared distance (m²) of two boxes; 0 where they overlap, infinite for an empty one.
 [[nodiscard]] double squared_gap(const Box& a, const Box& b);
 
@@ -37,7 +36,6 @@ private:
         Index count = 0;
         Index second = -1;  ///< the second child; the first one follows its parent; -1: a leaf
     };
-    [[nodiscard]] Corners corners(Index triangle) const;
     void build(Index first, Index count);
     /// Calls act(triangle, corners) for every triangle whose box is within the root of `squared_query_distance` (m²) of
     /// `box`, and for some others, near ones first. `squared_query_distance` is re-read before each call, so that `act`

@@ -215,10 +215,8 @@ TriangleDistance triangle_distance(const Corners& first, const Corners& second) 
 
 bool is_within_query_distance(const Corners& first, const Corners& second, double query_distance) {
     const double square = query_distance * query_distance;
-    Box box;
-    Box other;
-    for (const Vector3& corner : first) box.add(corner);
-    for (const Vector3& corner : second) other.add(corner);
+    const Box box = box_of(first);
+    const Box other = box_of(second);
     constexpr double surely = 1.0 + 1e-14;
     const Vector3 gap = (other.min - box.max).cwiseMax(box.min - other.max).cwiseMax(0.0);
     if (gap.squaredNorm() > surely * square) return false;

@@ -40,10 +40,31 @@ struct Box {
         min = min.cwiseMin(p);
         max = max.cwiseMax(p);
     }
+    void add(const Box& other) {
+        min = min.cwiseMin(other.min);
+        max = max.cwiseMax(other.max);
+    }
+    /// Box enlarged by `around` (m) on all sides.
+    [[nodiscard]] Box grown(double around) const {
+        return {(min.array() - around).matrix(), (max.array() + around).matrix()};
+    }
+    /// m²; 0 inside.
+    [[nodiscard]] double squared_distance(const Vector3& p) const {
+        return (min - p).cwiseMax(p - max).cwiseMax(0.0).squaredNorm();
+    }
     /// Closed boxes: touching counts as overlapping.
     [[nodiscard]] bool overlaps(const Box& other) const {
         return (min.array() <= other.max.array()).all() && (other.min.array() <= max.array()).all();
     }
 };
+
+/// Box of two points.
+inline Box box_of(const Vector3& a, const Vector3& b) { return {a.cwiseMin(b), a.cwiseMax(b)}; }
+/// Box of a run of `points` (3×N).
+inline Box box_of(const Matrix3X& points, Range run) {
+    Box box;
+    for (Index i = run.first; i < run.end(); ++i) box.add(points.col(i));
+    return box;
+}
 
 }  // namespace trocar

@@ -86,16 +86,12 @@ void BodySurface::find_edges() {
 
 void BodySurface::follow() {
     swept_ = box_;
-    box_ = Box{};
     const Range vertices = range_->vertices;
     // Between detection and the step a body either moves or does not: what was built for it stands while it rests.
     const bool rests =
         now_->middleCols(vertices.first, vertices.count) == before_->middleCols(vertices.first, vertices.count);
-    for (Index v = vertices.first; v < vertices.end(); ++v) box_.add(now_->col(v));
-    if (vertices.count > 0) {
-        swept_.add(box_.min);
-        swept_.add(box_.max);
-    }
+    box_ = box_of(*now_, vertices);
+    swept_.add(box_);
     rays_are_current_ = rays_are_current_ && rests;
     distance_is_current_ = distance_is_current_ && rests;
     moved_rim_.clear();

@@ -24,12 +24,6 @@ std::array<Vector3, 13> make_directions() {
     return directions;
 }
 
-Box box_of(const BodyRange& body, const Matrix3X& at) {
-    Box box;
-    for (Index v = body.vertices.first; v < body.vertices.end(); ++v) box.add(at.col(v));
-    return box;
-}
-
 /// A rotation that turns `direction` (unit, not -z) to +z by the smallest angle. Written out, because Eigen's
 /// FromTwoVectors brings an SVD for the case of opposite vectors, which took a tenth of this folder's time to compile.
 Matrix3 turn_to_z(const Vector3& direction) {
@@ -183,8 +177,8 @@ std::optional<OverlapTruth::Bundle> OverlapTruth::turn_to(const Vector3& directi
         const Range v = body->vertices;
         turned_.middleCols(v.first, v.count) = turn * position.middleCols(v.first, v.count);
     }
-    const Box one = box_of(a, turned_);
-    const Box other = box_of(b, turned_);
+    const Box one = box_of(turned_, a.vertices);
+    const Box other = box_of(turned_, b.vertices);
     const Bundle shared{std::max(one.min.x(), other.min.x()), std::max(one.min.y(), other.min.y()),
                         std::min(one.max.x(), other.max.x()), std::min(one.max.y(), other.max.y())};
     if (!(shared.low_u < shared.high_u && shared.low_v < shared.high_v)) return std::nullopt;
@@ -222,7 +216,8 @@ Overlap OverlapTruth::measure(const Topology& topology, const Matrix3X& position
     Overlap result;
     const BodyRange& a = topology.bodies[static_cast<std::size_t>(body_a)];
     const BodyRange& b = topology.bodies[static_cast<std::size_t>(body_b)];
-    if (a.triangles.count == 0 || b.triangles.count == 0 || !box_of(a, position).overlaps(box_of(b, position))) {
+    if (a.triangles.count == 0 || b.triangles.count == 0 ||
+        !box_of(position, a.vertices).overlaps(box_of(position, b.vertices))) {
         return result;
     }
     turned_.resize(3, position.cols());

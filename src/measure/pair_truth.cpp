@@ -9,11 +9,6 @@
 namespace trocar {
 namespace {
 
-Corners corners_of(const Topology& topology, const Frame& frame, Index triangle) {
-    const auto vertices = topology.triangles.col(triangle);
-    return {frame.position.col(vertices[0]), frame.position.col(vertices[1]), frame.position.col(vertices[2])};
-}
-
 /// Pairs of which wanted(corners, corners) holds, among those whose boxes overlap, each with `around` (m) around it.
 template <typename Wanted>
 void find_pairs(const Topology& topology, const Frame& frame, double around, const Wanted& wanted,
@@ -21,16 +16,14 @@ void find_pairs(const Topology& topology, const Frame& frame, double around, con
     pairs.clear();
     std::vector<Box> boxes;
     triangle_boxes(frame.position, topology.triangles, boxes);
-    for (Box& box : boxes) {
-        box.min.array() -= around;
-        box.max.array() += around;
-    }
+    for (Box& box : boxes) box = box.grown(around);
     std::vector<IndexPair> candidates;
     for (const auto& [body_a, body_b] : topology.body_pairs) {
         overlapping_boxes(boxes, topology.bodies[static_cast<std::size_t>(body_a)].triangles,
                           topology.bodies[static_cast<std::size_t>(body_b)].triangles, candidates);
         for (const IndexPair& candidate : candidates) {
-            if (wanted(corners_of(topology, frame, candidate.first), corners_of(topology, frame, candidate.second))) {
+            if (wanted(corners_of(topology.triangles, frame.position, candidate.first),
+                       corners_of(topology.triangles, frame.position, candidate.second))) {
                 pairs.push_back({candidate.first, candidate.second});
             }
         }
@@ -58,8 +51,8 @@ std::vector<Index> touching_pairs(const Topology& topology, const Frame& frame,
                                   const std::vector<TrianglePair>& pairs) {
     std::vector<Index> touching;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-        const PairClass pair_class =
-            oracle_class(corners_of(topology, frame, pairs[i].a), corners_of(topology, frame, pairs[i].b));
+        const PairClass pair_class = oracle_class(corners_of(topology.triangles, frame.position, pairs[i].a),
+                                                  corners_of(topology.triangles, frame.position, pairs[i].b));
         if (pair_class == PairClass::touch_vertex || pair_class == PairClass::touch_edge) {
             touching.push_back(static_cast<Index>(i));
         }

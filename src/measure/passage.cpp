@@ -22,15 +22,8 @@ constexpr double deep_for_the_path = 0.4;
 constexpr double aside = 1e-9;
 const Vector3 aside_direction(0.5497, 0.6180, 0.7549);
 
-Box box_of(const Matrix3X& position, Range vertices) {
-    Box box;
-    for (Index v = vertices.first; v < vertices.end(); ++v) box.add(position.col(v));
-    return box;
-}
-
 Box both(Box box, const Box& other) {
-    box.add(other.min);
-    box.add(other.max);
+    box.add(other);
     return box;
 }
 
@@ -347,10 +340,7 @@ bool PassageTruth::surfaces_apart(const Frame& frame, const Direction& direction
     std::vector<IndexPair> candidates;
     triangle_boxes(frame.position, topology.triangles, boxes);
     overlapping_boxes(boxes, range(direction.from).triangles, range(direction.into).triangles, candidates);
-    const auto corners = [&](Index t) {
-        return Corners{frame.position.col(topology.triangles(0, t)), frame.position.col(topology.triangles(1, t)),
-                       frame.position.col(topology.triangles(2, t))};
-    };
+    const auto corners = [&](Index t) { return corners_of(topology.triangles, frame.position, t); };
     return std::none_of(candidates.begin(), candidates.end(), [&](const IndexPair& pair) {
         return oracle_intersect(corners(pair.first), corners(pair.second));
     });

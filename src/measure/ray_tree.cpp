@@ -4,6 +4,7 @@
 #include <limits>
 #include <tuple>
 
+#include "geometry/exact.hpp"
 #include "measure/vertical_crossings.hpp"
 
 namespace trocar {
@@ -16,10 +17,7 @@ constexpr Index least_for_a_rim = 8;
 constexpr double thin = 0.125;
 
 Box box_of_triangle(const Triangles& triangles, const Matrix3X& position, Index t) {
-    const Vector3 a = position.col(triangles(0, t));
-    const Vector3 b = position.col(triangles(1, t));
-    const Vector3 c = position.col(triangles(2, t));
-    return {a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)};
+    return box_of(corners_of(triangles, position, t));
 }
 
 }  // namespace
@@ -195,9 +193,8 @@ void RayTree::refit(const Triangles& triangles, const Matrix3X& position) {
             each_corner(triangles, *node, [&](Index v) { node->box.add(position.col(v)); });
             continue;
         }
-        const Node& left = *(node - 1);
-        const Node& right = nodes_[at(node->second)];
-        node->box = {left.box.min.cwiseMin(right.box.min), left.box.max.cwiseMax(right.box.max)};
+        node->box = (node - 1)->box;
+        node->box.add(nodes_[at(node->second)].box);
     }
     box_ = nodes_.empty() ? Box{} : nodes_.front().box;
     middle_ = nodes_.empty() ? Vector3(Vector3::Zero()) : Vector3(0.5 * box_.min + 0.5 * box_.max);

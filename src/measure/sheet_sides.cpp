@@ -138,13 +138,11 @@ void SheetSides::follow_anchors() {
 /// moved over the point where it is now (the sheet's sweep is closed by walls along its rim).
 int SheetSides::rim_contribution(const Vector3& before, const Vector3& now) const {
     int sum = 0;
-    Box path;
-    path.add(before);
-    path.add(now);
+    const Box path = box_of(before, now);
     for (const RimEdge& edge : sheet_->rim()) {
         const Vector3 u = sheet_->before().col(edge.from);
         const Vector3 v = sheet_->before().col(edge.to);
-        if (!apart_seen_from_above(Box{u.cwiseMin(v), u.cwiseMax(v)}, path)) {
+        if (!apart_seen_from_above(box_of(u, v), path)) {
             sum += edge.count * edge_passage(u, v, before, now);
         }
     }

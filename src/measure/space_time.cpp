@@ -11,12 +11,7 @@ namespace trocar {
 namespace {
 
 MovingTriangle moving(const Topology& topology, const Frame& frame, Index triangle) {
-    const auto v = topology.triangles.col(triangle);
-    MovingTriangle result;
-    for (int k = 0; k < 3; ++k) {
-        result[static_cast<std::size_t>(k)] = {frame.previous.col(v(k)), frame.position.col(v(k))};
-    }
-    return result;
+    return moving_triangle(topology.triangles, frame.previous, frame.position, triangle);
 }
 
 MovingTriangle backwards(MovingTriangle triangle) {
@@ -38,10 +33,7 @@ bool SpaceTimeTruth::measure(const Frame& frame) {
     }
     triangle_boxes(frame.position, topology.triangles, boxes_);
     triangle_boxes(frame.previous, topology.triangles, boxes_before_);
-    for (std::size_t t = 0; t < boxes_.size(); ++t) {
-        boxes_[t].add(boxes_before_[t].min);
-        boxes_[t].add(boxes_before_[t].max);
-    }
+    for (std::size_t t = 0; t < boxes_.size(); ++t) boxes_[t].add(boxes_before_[t]);
     for (std::size_t p = 0; p < topology.body_pairs.size(); ++p) {
         const auto& [body_a, body_b] = topology.body_pairs[p];
         BodyPairTick& tick = body_pairs_[p];

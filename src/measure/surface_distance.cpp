@@ -15,10 +15,6 @@ double squared_distance_to_segment(const Vector3& a, const Vector3& b, const Vec
     return (p - (a + t * along)).squaredNorm();
 }
 
-double squared_distance_to_box(const Box& box, const Vector3& p) {
-    return (box.min - p).cwiseMax(p - box.max).cwiseMax(0.0).squaredNorm();
-}
-
 constexpr Index leaf_size = 4;
 
 }  // namespace
@@ -78,12 +74,8 @@ void SurfaceDistance::refit(const Triangles& triangles, const Matrix3X& position
     for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
         node->box = Box{};
         if (node->count == 0) {
-            const Node& left = *(node - 1);
-            const Node& right = nodes_[static_cast<std::size_t>(node->second)];
-            for (const Box& box : {left.box, right.box}) {
-                node->box.add(box.min);
-                node->box.add(box.max);
-            }
+            node->box = (node - 1)->box;
+            node->box.add(nodes_[static_cast<std::size_t>(node->second)].box);
             continue;
         }
         for (Index i = node->first; i < node->first + node->count; ++i) {
@@ -103,7 +95,7 @@ double SurfaceDistance::distance(const Triangles& triangles, const Matrix3X& pos
     while (count > 0) {
         const Index at = waiting[--count];
         const Node& node = nodes_[static_cast<std::size_t>(at)];
-        if (squared_distance_to_box(node.box, p) >= best) continue;
+        if (node.box.squared_distance(p) >= best) continue;
         if (node.count > 0) {
             for (Index i = node.first; i < node.first + node.count; ++i) {
                 const auto corners = triangles.col(order_[static_cast<std::size_t>(i)]);
@@ -114,8 +106,8 @@ double SurfaceDistance::distance(const Triangles& triangles, const Matrix3X& pos
         }
         const Index left = at + 1;
         const Index right = node.second;
-        const bool left_first = squared_distance_to_box(nodes_[static_cast<std::size_t>(left)].box, p) <=
-                                squared_distance_to_box(nodes_[static_cast<std::size_t>(right)].box, p);
+        const bool left_first = nodes_[static_cast<std::size_t>(left)].box.squared_distance(p) <=
+                                nodes_[static_cast<std::size_t>(right)].box.squared_distance(p);
         waiting[count++] = left_first ? right : left;
         waiting[count++] = left_first ? left : right;
     }

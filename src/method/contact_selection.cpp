@@ -82,15 +82,11 @@ bool ContactSelection::passes(const Frame& frame, double dt, const Contact& cont
 }
 
 Parameter look_ahead_parameter() {
-    return {.name = look_ahead_name,
-            .unit = "1",
-            .default_value = "0.1",
-            .minimum = 0.0,
-            .maximum = 1e6,
-            .meaning =
-                "gap up to which contacts are passed on beside what closes in the tick, in mean edges of the "
-                "tissue; all: the whole query distance; scripts: what scripts alone close",
-            .words = {"all", "scripts"}};
+    return number_parameter(
+        look_ahead_name, "1", "0.1", 0.0, 1e6,
+        "gap up to which contacts are passed on beside what closes in the tick, in mean edges of the "
+        "tissue; all: the whole query distance; scripts: what scripts alone close",
+        {"all", "scripts"});
 }
 
 std::unique_ptr<Response> make_selecting(const ResponseEntry& entry, const ParameterValues& values) {

@@ -13,11 +13,9 @@ const std::vector<Parameter>& device_parameters() {
             .name = name, .unit = unit, .default_value = value, .minimum = 0.0, .maximum = maximum, .meaning = meaning};
     };
     static const std::vector<Parameter> parameters{
-        {.name = "tip",
-         .type = Parameter::Type::choice,
-         .default_value = "fulcrum",
-         .choices = {"fulcrum", "sum"},
-         .meaning = "force shown at the tip: through the trocar as pivot where the body has one, or the plain sum"},
+        choice_parameter(
+            "tip", "fulcrum", {"fulcrum", "sum"},
+            "force shown at the tip: through the trocar as pivot where the body has one, or the plain sum"),
         limiter("saturation", "N", "8.5", 1e6, "largest force that the device shows; 0: no limit"),
         limiter("rate", "N/s", "0", 1e9, "largest change of the shown force (500 is usual); 0: off"),
         limiter("filter", "Hz", "0", 1e6, "low-pass on the shown force (150 is usual); 0: off"),

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "geometry/input_error.hpp"
 #include "geometry/number_text.hpp"
@@ -61,6 +62,33 @@ std::string Parameter::range() const {
     }
     for (const std::string& word : words) text += "|" + word;
     return text;
+}
+
+Parameter number_parameter(const std::string& name, const std::string& unit, const std::string& default_value,
+                           double low, double high, const std::string& meaning, std::vector<std::string> words) {
+    return {.name = name,
+            .unit = unit,
+            .default_value = default_value,
+            .minimum = low,
+            .maximum = high,
+            .meaning = meaning,
+            .words = std::move(words)};
+}
+
+Parameter integer_parameter(const std::string& name, const std::string& default_value, double low, double high,
+                            const std::string& meaning, std::vector<std::string> words) {
+    Parameter parameter = number_parameter(name, "1", default_value, low, high, meaning, std::move(words));
+    parameter.type = Parameter::Type::integer;
+    return parameter;
+}
+
+Parameter choice_parameter(const std::string& name, const std::string& default_value, std::vector<std::string> choices,
+                           const std::string& meaning) {
+    return {.name = name,
+            .type = Parameter::Type::choice,
+            .default_value = default_value,
+            .choices = std::move(choices),
+            .meaning = meaning};
 }
 
 ParameterValues::ParameterValues(std::string_view method, const std::vector<Parameter>& declared,
@@ -123,7 +151,7 @@ std::string why_not_taken(const StepperEntry& stepper, const Topology& topology,
     } else if (!stepper.takes_solved_contacts && pushes_as(true)) {
         what = "contacts whose impulses the response finds in each sub-step";
     } else if (!stepper.takes_position_corrections && !output.position_corrections.empty()) {
-        what = "position_corrections";
+        what = "position corrections";
     } else if (!stepper.takes_held_forces && !output.held_force.isZero(0.0)) {
         what = "forces held over the tick";
     }

@@ -35,6 +35,15 @@ struct Parameter {
     [[nodiscard]] std::string range() const;
 };
 
+/// Numeric parameter in [low, high] or one of `words`.
+Parameter number_parameter(const std::string& name, const std::string& unit, const std::string& default_value,
+                           double low, double high, const std::string& meaning, std::vector<std::string> words = {});
+/// Whole number in [low, high] or one of `words`.
+Parameter integer_parameter(const std::string& name, const std::string& default_value, double low, double high,
+                            const std::string& meaning, std::vector<std::string> words = {});
+Parameter choice_parameter(const std::string& name, const std::string& default_value, std::vector<std::string> choices,
+                           const std::string& meaning);
+
 /// A method's settings after checking against its declarations: every declared parameter has a value.
 class ParameterValues {
 public:

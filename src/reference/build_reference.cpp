@@ -264,8 +264,8 @@ ReferenceSolution unavailable(std::string reason) {
 
 /// Whether contact can move anything: free tissue or an operator.
 bool anything_is_free(const Scene& scene) {
-    for (std::size_t v = 0; v < scene.materials.mass.size(); ++v) {
-        if (scene.materials.mass[v] > 0.0 && scene.materials.pinned[v] == 0) return true;
+    for (Index v = 0; at(v) < scene.materials.mass.size(); ++v) {
+        if (scene.materials.is_free(v)) return true;
     }
     return std::any_of(scene.bodies.begin(), scene.bodies.end(), [](const SceneBody& body) {
         return body.motion && body.motion->drive == Drive::simulated_operator;

@@ -22,8 +22,7 @@ void ElasticFoundation::for_each_sample(Foundation& foundation, const Matrix3X& 
     const bool closed = topology.bodies[at(foundation.master)].closed;
     Box extent = master.box();
     if (!closed) {
-        extent.min.array() -= open_depth;
-        extent.max.array() += open_depth;
+        extent = extent.grown(open_depth);
     }
     const auto moved_of = [&](Range range) {
         return (x - foundation.searched_from).middleCols(range.first, range.count).colwise().norm().maxCoeff();
@@ -38,18 +37,14 @@ void ElasticFoundation::for_each_sample(Foundation& foundation, const Matrix3X& 
     const std::size_t points = foundation.weights.size();
     for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
         const auto corner = topology.triangles.col(t);
-        Box box;
-        for (int i = 0; i < 3; ++i) box.add(x.col(corner[i]));
-        if (!box.overlaps(extent)) continue;
+        if (!box_of(corners_of(topology.triangles, x, t)).overlaps(extent)) continue;
         const std::size_t first = at(t - body.triangles.first);
         for (std::size_t p = 0; p < points; ++p) {
             double& clearance = foundation.clearance[first * points + p];
             if (clearance > moved) continue;
             const Vector3& w = foundation.weights[p];
             const Vector3 place = w[0] * x.col(corner[0]) + w[1] * x.col(corner[1]) + w[2] * x.col(corner[2]);
-            Box point;
-            point.add(place);
-            if (!point.overlaps(extent)) continue;
+            if (!box_of(place, place).overlaps(extent)) continue;
             SurfacePoint near = master.nearest(topology.triangles, x, place);
             if (near.triangle < 0 || (!closed && near.beyond_rim)) continue;
             near.signed_distance *= foundation.side;

@@ -71,9 +71,7 @@ void HardContact::find_candidates(const Matrix3X& x, const Matrix3X& motion) {
             box.add(x.col(v));
             box.add(x.col(v) + motion.col(v));
         }
-        box.min.array() -= rest_gap_;
-        box.max.array() += rest_gap_;
-        boxes_[at(t)] = box;
+        boxes_[at(t)] = box.grown(rest_gap_);
     }
     for (const auto& [a, b] : contact_bodies_) {
         overlapping_boxes(boxes_, topology_.bodies[at(a)].triangles, topology_.bodies[at(b)].triangles, box_pairs_);

@@ -101,7 +101,7 @@ struct ImplicitSolver::State {
             if (body.kind != BodyKind::tissue) continue;
             body_moves[b] = 1;
             for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
-                if (materials.mass[at(v)] <= 0.0 || materials.pinned[at(v)] != 0) continue;
+                if (!materials.is_free(v)) continue;
                 node_of_vertex[at(v)] = static_cast<Index>(vertex_of_node.size());
                 vertex_of_node.push_back(v);
                 node_mass.push_back(materials.mass[at(v)]);

@@ -11,10 +11,6 @@ namespace {
 
 constexpr Index leaf_size = 4;
 
-double squared_distance_to_box(const Box& box, const Vector3& p) {
-    return (box.min - p).cwiseMax(p - box.max).cwiseMax(0.0).squaredNorm();
-}
-
 }  // namespace
 
 Index SignedDistance::build(const std::vector<Vector3>& centres, Index first, Index count) {
@@ -80,10 +76,8 @@ void SignedDistance::refit(const Triangles& triangles, const Matrix3X& position)
     for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
         node->box = Box{};
         if (node->count == 0) {
-            for (const Box& box : {(node - 1)->box, nodes_[at(node->second)].box}) {
-                node->box.add(box.min);
-                node->box.add(box.max);
-            }
+            node->box = (node - 1)->box;
+            node->box.add(nodes_[at(node->second)].box);
             continue;
         }
         for (Index i = node->first; i < node->first + node->count; ++i) {
@@ -117,7 +111,7 @@ SurfacePoint SignedDistance::nearest(const Triangles& triangles, const Matrix3X&
     while (count > 0) {
         const Index here = waiting[--count];
         const Node& node = nodes_[at(here)];
-        if (squared_distance_to_box(node.box, p) >= best_square) continue;
+        if (node.box.squared_distance(p) >= best_square) continue;
         if (node.count > 0) {
             for (Index i = node.first; i < node.first + node.count; ++i) {
                 const Index t = order_[at(i)];
@@ -135,7 +129,7 @@ SurfacePoint SignedDistance::nearest(const Triangles& triangles, const Matrix3X&
         }
         const Index left = here + 1;
         const bool left_first =
-            squared_distance_to_box(nodes_[at(left)].box, p) <= squared_distance_to_box(nodes_[at(node.second)].box, p);
+            nodes_[at(left)].box.squared_distance(p) <= nodes_[at(node.second)].box.squared_distance(p);
         waiting[count++] = left_first ? node.second : left;
         waiting[count++] = left_first ? left : node.second;
     }

@@ -25,17 +25,12 @@ void BackProjection::respond(const ThesisState& state, const Frame& frame, const
         const Index body = first->body;
         const auto end = std::find_if(first, met_.end(), [body](const Met& met) { return met.body != body; });
         Box all;
-        for (auto met = first; met != end; ++met) {
-            all.add(met->box.min);
-            all.add(met->box.max);
-        }
+        for (auto met = first; met != end; ++met) all.add(met->box);
         const Range vertices = state.topology->bodies[at(body)].vertices;
         for (Index vertex = vertices.first; vertex < vertices.end(); ++vertex) {
             if (frame.velocity.col(vertex) == Vector3::Zero()) continue;
             const Vector3 from = came_from(state, frame, vertex);
-            Box path;
-            path.add(from);
-            path.add(frame.position.col(vertex));
+            const Box path = box_of(from, frame.position.col(vertex));
             if (!path.overlaps(all)) continue;
             attracted_.clear();
             // The first triangle of a tissue vertex determines its depth.
@@ -60,16 +55,14 @@ void BackProjection::collect_met(const ThesisState& state, const Frame& frame, c
     std::sort(met_.begin(), met_.end(), [&](const Met& a, const Met& b) { return key(a) < key(b); });
     met_.erase(std::unique(met_.begin(), met_.end(), [&](const Met& a, const Met& b) { return key(a) == key(b); }),
                met_.end());
-    for (Met& met : met_) {
-        for (const Vector3& corner : corners_of(topology, frame.position, met.triangle)) met.box.add(corner);
-    }
+    for (Met& met : met_) met.box = box_of(corners_of(topology.triangles, frame.position, met.triangle));
 }
 
 void BackProjection::attract(const ThesisState& state, const Frame& frame, Index tool_vertex, const Vector3& from,
                              const Met& met, ResponseOutput& output) {
     const Topology& topology = *state.topology;
     const Vector3 x = frame.position.col(tool_vertex);
-    const equations::Corners corners = corners_of(topology, frame.position, met.triangle);
+    const Corners corners = corners_of(topology.triangles, frame.position, met.triangle);
     const equations::PathHit hit = equations::path_hit(corners, from, x);
     if (!hit.found || !hit.point.allFinite()) return;  // a corner is not finite
     const Index vertex = topology.triangles(equations::nearest_corner(corners, hit.point), met.triangle);

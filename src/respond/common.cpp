@@ -15,11 +15,6 @@ CollisionClass collision_class(BodyKind a, BodyKind b) {
     return a == BodyKind::rigid ? CollisionClass::rigid_tissue : CollisionClass::tissue_tissue;
 }
 
-equations::Corners corners_of(const Topology& topology, const Matrix3X& position, Index triangle) {
-    const auto corner = topology.triangles.col(triangle);
-    return {position.col(corner[0]), position.col(corner[1]), position.col(corner[2])};
-}
-
 Vector3 operator_velocity(const Frame& frame, double dt, Index body) {
     return at(body) < frame.operator_motion.size() ? Vector3(frame.operator_motion[at(body)] / dt) : Vector3::Zero();
 }
@@ -50,20 +45,8 @@ void react_on_line(const Frame& frame, Index body, ContactForceLaw& contact) {
     contact.reaction_point = pushed.blend(frame.position) - contact.gap * contact.normal;
 }
 
-Parameter number_parameter(const std::string& name, const std::string& unit, const std::string& value, double low,
-                           double high, const std::string& meaning, std::vector<std::string> words) {
-    return {.name = name,
-            .unit = unit,
-            .default_value = value,
-            .minimum = low,
-            .maximum = high,
-            .meaning = meaning,
-            .words = std::move(words)};
-}
-
-Parameter stiffness_parameter(const std::string& default_meaning) {
-    return number_parameter("k", "N/m", "auto", 0.0, 1e9,
-                            "contact stiffness; auto: the scene's, else " + default_meaning, {"auto"});
+Parameter stiffness_parameter(const std::string& auto_meaning) {
+    return number_parameter("k", "N/m", "auto", 0.0, 1e9, "contact stiffness; auto: " + auto_meaning, {"auto"});
 }
 
 }  // namespace trocar

@@ -28,9 +28,6 @@ enum class CollisionClass : std::uint8_t {
 };
 CollisionClass collision_class(BodyKind a, BodyKind b);
 
-/// Corners of a triangle, m, world.
-equations::Corners corners_of(const Topology& topology, const Matrix3X& position, Index triangle);
-
 /// N/m, default stiffness between non-deformable bodies (METHODS §12).
 inline constexpr double rigid_stiffness = 1000.0;
 /// ResponseEntry::without_tissue of responses that use penalty springs between bodies without mass.
@@ -49,10 +46,10 @@ void report_at_start(const Topology& topology, const Frame& frame, double dt, Co
 /// action, at the pushed point minus gap × normal.
 void react_on_line(const Frame& frame, Index body, ContactForceLaw& contact);
 
-/// Numeric parameter, in [low, high] or one of `words`.
-Parameter number_parameter(const std::string& name, const std::string& unit, const std::string& value, double low,
-                           double high, const std::string& meaning, std::vector<std::string> words = {});
-/// Parameter `k`. `default_meaning`: its value if neither method nor scene sets one.
-Parameter stiffness_parameter(const std::string& default_meaning);
+/// Parameter `k`. `auto_meaning`: the value of `auto`.
+Parameter stiffness_parameter(const std::string& auto_meaning);
+/// Value of `k=auto` of springs that are as soft as the tissue.
+inline constexpr const char* auto_stiffness =
+    "the scene's, else 1000 between instruments and rigid bodies, on tissue the mean of the springs there";
 
 }  // namespace trocar

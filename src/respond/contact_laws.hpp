@@ -71,7 +71,7 @@ private:
     std::vector<double> pressure_;     ///< Pa, per body
 };
 
-/// `k`, `mu` and `relaxation_time`. `auto_k`: value of k if neither method nor scene sets one.
+/// `k`, `mu` and `relaxation_time`. `auto_k`: value of `k=auto`.
 std::vector<Parameter> law_parameters(const std::string& auto_k);
 /// These and the options on tissue: `contact_offset`, `clear_speed`, `pressure`, `friction` and `friction_k`. `on`:
 /// with the defaults of the response `unilateral`; else all off.

@@ -6,8 +6,8 @@
 
 namespace trocar {
 EdgeKey name_edges(const Topology& topology, const Frame& frame, const Contact& contact) {
-    const Crossing crossing = cross_triangles(corners_of(topology, frame.position, contact.a),
-                                              corners_of(topology, frame.position, contact.b));
+    const Crossing crossing = cross_triangles(corners_of(topology.triangles, frame.position, contact.a),
+                                              corners_of(topology.triangles, frame.position, contact.b));
     EdgeKey key{-1, -1, -1, -1};
     for (const CrossingEnd& end : crossing.ends) {
         if (end.triangle < 0) continue;

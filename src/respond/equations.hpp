@@ -12,7 +12,6 @@
 
 namespace trocar::equations {
 
-using trocar::Corners;
 using trocar::point_at;
 
 /// Unit outer normal; zero for a triangle without area.

@@ -106,7 +106,7 @@ private:
         ContactPoint best;
         double least = std::numeric_limits<double>::infinity();
         for (const Index t : patch_) {
-            const Vector3 weights = closest_point_on_triangle(corners_of(*topology_, frame.position, t), x);
+            const Vector3 weights = closest_point_on_triangle(corners_of(topology_->triangles, frame.position, t), x);
             const ContactPoint point = ContactPoint::in_triangle(topology_->triangles, t, weights);
             const double distance = (point.blend(frame.position) - x).squaredNorm();
             if (distance < least) {
@@ -121,7 +121,7 @@ private:
     bool ray_to_patch(const Frame& frame, const Vector3& x, const Vector3& direction, ContactPoint& hit) const {
         double least = std::numeric_limits<double>::infinity();
         for (const Index t : patch_) {
-            const equations::Corners c = corners_of(*topology_, frame.position, t);
+            const Corners c = corners_of(topology_->triangles, frame.position, t);
             Matrix3 system;
             system << c[1] - c[0], c[2] - c[0], -direction;
             const double volume = system.determinant();
@@ -243,22 +243,12 @@ ResponseEntry global_intersection_response() {
     entry.own = true;
     entry.contact_generators = {"intersection", "native"};  // traces intersecting triangles
     entry.without_tissue = acts_as_penalty;
-    entry.parameters = {{.name = "attraction",
-                         .unit = "N/m",
-                         .default_value = "100000",
-                         .minimum = 0.0,
-                         .maximum = 1e9,
-                         .meaning = "spring between a vertex of one region and the nearest point of the other"},
-                        {.name = "drag",
-                         .unit = "N s/m",
-                         .default_value = "2",
-                         .minimum = 0.0,
-                         .maximum = 1e6,
-                         .meaning = "damping between the two points across the pull"}};
-    const std::vector<Parameter> law = law_parameters_on_tissue(
-        "1000 between instruments and rigid bodies, on tissue the mean of the springs there; of contacts without a "
-        "region",
-        false);
+    entry.parameters = {
+        number_parameter("attraction", "N/m", "100000", 0.0, 1e9,
+                         "spring between a vertex of one region and the nearest point of the other"),
+        number_parameter("drag", "N s/m", "2", 0.0, 1e6, "damping between the two points across the pull")};
+    const std::vector<Parameter> law =
+        law_parameters_on_tissue(std::string(auto_stiffness) + "; of contacts without a region", false);
     entry.parameters.insert(entry.parameters.end(), law.begin(), law.end());
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<GlobalIntersection>(Settings{.attraction = values.number("attraction"),

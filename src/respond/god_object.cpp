@@ -64,15 +64,10 @@ ResponseEntry god_object_response() {
     entry.version = "1";
     entry.own = true;
     entry.same_as = "is penalty, on tissue and wherever no instrument's tip is at a rigid body";
-    entry.parameters = law_parameters_on_tissue(
-        "1000 between instruments and rigid bodies, on tissue the mean of the springs there", false);
+    entry.parameters = law_parameters_on_tissue(auto_stiffness, false);
     entry.parameters.push_back(reduction_parameter());
-    entry.parameters.push_back({.name = "radius",
-                                .unit = "m",
-                                .default_value = "0.0005",
-                                .minimum = 1e-9,
-                                .maximum = 1.0,
-                                .meaning = "of the ball that stands for the tip; its front is the tip"});
+    entry.parameters.push_back(number_parameter("radius", "m", "0.0005", 1e-9, 1.0,
+                                                "of the ball that stands for the tip; its front is the tip"));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<GodObjectResponse>(Settings{.radius = values.number("radius"),
                                                             .law = read_law_settings(values),

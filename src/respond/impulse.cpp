@@ -63,27 +63,11 @@ ResponseEntry impulse_response() {
     entry.table_row = "B. Mirtich et al";
     entry.own = true;
     entry.without_tissue = acts_as_penalty;
-    entry.parameters = {{.name = "e",
-                         .unit = "1",
-                         .default_value = "0",
-                         .minimum = 0.0,
-                         .maximum = 1.0,
-                         .meaning = "restitution, on tissue"},
-                        {.name = "bias",
-                         .unit = "1",
-                         .default_value = "0.2",
-                         .minimum = 0.0,
-                         .maximum = 1.0,
-                         .meaning = "part of the depth worked off each time it acts"},
-                        {.name = "sweeps",
-                         .type = Parameter::Type::integer,
-                         .unit = "1",
-                         .default_value = "10",
-                         .minimum = 1.0,
-                         .maximum = 1000.0,
-                         .meaning = "passes over all contacts each time it acts"},
-                        timing_parameter("substep"),
-                        reduction_parameter()};
+    entry.parameters = {
+        number_parameter("e", "1", "0", 0.0, 1.0, "restitution, on tissue"),
+        number_parameter("bias", "1", "0.2", 0.0, 1.0, "part of the depth worked off each time it acts"),
+        integer_parameter("sweeps", "10", 1.0, 1000.0, "passes over all contacts each time it acts"),
+        timing_parameter("substep"), reduction_parameter()};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<PointResponse>(
             PointResponse::Settings{.reduce = values.is("reduction", "vertex"), .timing = read_timing(values)},

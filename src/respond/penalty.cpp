@@ -17,8 +17,7 @@ ResponseEntry penalty_response() {
     entry.version = "1";
     entry.table_row = "B. Geiger et al";
     entry.own = true;
-    entry.parameters = law_parameters_on_tissue(
-        "1000 between instruments and rigid bodies, on tissue the mean of the springs there", false);
+    entry.parameters = law_parameters_on_tissue(auto_stiffness, false);
     entry.parameters.push_back(reduction_parameter());
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<PointResponse>(

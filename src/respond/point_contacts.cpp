@@ -51,7 +51,7 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
     out.of_vertex = vertex_of_a || vertex_of_b;
     if (!point.allFinite()) return false;
     const auto spread = [&](Index triangle) {
-        const equations::Corners corners = corners_of(topology, frame.position, triangle);
+        const Corners corners = corners_of(topology.triangles, frame.position, triangle);
         return ContactPoint::in_triangle(topology.triangles, triangle, closest_point_on_triangle(corners, point));
     };
     out.a = vertex_of_a ? ContactPoint::at_vertex(contact.vertex_a) : spread(contact.a);
@@ -84,13 +84,10 @@ int compare(const PointContact& a, const PointContact& b) {
 }  // namespace
 
 Parameter reduction_parameter() {
-    return {.name = "reduction",
-            .type = Parameter::Type::choice,
-            .default_value = "vertex",
-            .choices = {"vertex", "pair"},
-            .meaning =
-                "of closed contacts one per vertex and other body, the deepest, so that force does not grow with "
-                "the number of faces (a scene's k); or each pair of triangles or features (hard contact)"};
+    return choice_parameter(
+        "reduction", "vertex", {"vertex", "pair"},
+        "of closed contacts one per vertex and other body, the deepest, so that force does not grow with "
+        "the number of faces (a scene's k); or each pair of triangles or features (hard contact)");
 }
 
 void PointContacts::prepare(const Topology& topology) {
@@ -222,13 +219,10 @@ ContactForceLaw solved_contact(const Frame& frame, const PointContact& contact, 
 }
 
 Parameter timing_parameter(const std::string& name_of_default) {
-    return {.name = "acts",
-            .type = Parameter::Type::choice,
-            .default_value = name_of_default,
-            .choices = {"substep", "tick", "held"},
-            .meaning =
-                "on tissue, impulses are found in every sub-step from the state that the stepper predicts; or in the "
-                "first for the whole tick, where they act at once or are held evenly over it"};
+    return choice_parameter(
+        "acts", name_of_default, {"substep", "tick", "held"},
+        "on tissue, impulses are found in every sub-step from the state that the stepper predicts; or in the "
+        "first for the whole tick, where they act at once or are held evenly over it");
 }
 
 SolverTiming read_timing(const ParameterValues& values) {

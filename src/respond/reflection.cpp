@@ -48,20 +48,10 @@ ResponseEntry reflection_response() {
     entry.table_row = "F. Policarpo et al";
     entry.own = true;
     entry.without_tissue = acts_as_penalty;
-    entry.parameters = {{.name = "bump",
-                         .unit = "1",
-                         .default_value = "0",
-                         .minimum = 0.0,
-                         .maximum = 1.0,
-                         .meaning = "0: slides on, 1: bounces with its normal speed; on tissue"},
-                        {.name = "friction",
-                         .unit = "1",
-                         .default_value = "1",
-                         .minimum = 0.0,
-                         .maximum = 1.0,
-                         .meaning = "1: none, 0: sticks"},
-                        timing_parameter("substep"),
-                        reduction_parameter()};
+    entry.parameters = {
+        number_parameter("bump", "1", "0", 0.0, 1.0, "0: slides on, 1: bounces with its normal speed; on tissue"),
+        number_parameter("friction", "1", "1", 0.0, 1.0, "1: none, 0: sticks"), timing_parameter("substep"),
+        reduction_parameter()};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<PointResponse>(
             PointResponse::Settings{.reduce = values.is("reduction", "vertex"), .timing = read_timing(values)},

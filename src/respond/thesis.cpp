@@ -286,7 +286,8 @@ private:
         if (v.triangle >= 0) {
             Vector3 previous = frame.previous.col(v.vertex);
             if (corrected()) previous = carried_along(frame, v.triangle, previous);
-            hit = equations::path_hit(corners_of(*topology_, frame.position, v.triangle), previous, vertex.position);
+            hit = equations::path_hit(corners_of(topology_->triangles, frame.position, v.triangle), previous,
+                                      vertex.position);
         }
         if (!hit.found && corrected()) hit = {.found = true, .point = v.face.blend(frame.position)};
         if (hit.found) {
@@ -307,15 +308,15 @@ private:
     }
     /// Position of a point of the last tick after rigid motion with the triangle.
     [[nodiscard]] Vector3 carried_along(const Frame& frame, Index triangle, const Vector3& point) const {
-        const auto axes = [](const equations::Corners& c) {
+        const auto axes = [](const Corners& c) {
             Matrix3 m;
             m.col(0) = (c[1] - c[0]).normalized();
             m.col(2) = m.col(0).cross(c[2] - c[0]).normalized();
             m.col(1) = m.col(2).cross(m.col(0));
             return m;
         };
-        const equations::Corners then = corners_of(*topology_, frame.previous, triangle);
-        const equations::Corners now = corners_of(*topology_, frame.position, triangle);
+        const Corners then = corners_of(topology_->triangles, frame.previous, triangle);
+        const Corners now = corners_of(topology_->triangles, frame.position, triangle);
         return now[0] + axes(now) * (axes(then).transpose() * (point - then[0]));
     }
 

@@ -36,7 +36,7 @@ void read_vertices(const ThesisState& state, const Frame& frame, const Contact& 
     v.face_body = b_enters ? contact.body_a : contact.body_b;
     v.triangle = b_enters ? contact.a : contact.b;
     const Vector3 face_normal = b_enters ? contact.normal : Vector3(-contact.normal);
-    const equations::Corners corners = corners_of(topology, frame.position, v.triangle);
+    const Corners corners = corners_of(topology.triangles, frame.position, v.triangle);
     for (int i = 0; i < 3; ++i) {
         v.vertex = topology.triangles(i, entering);
         if (v.vertex != deepest && !state.settings.corrected()) continue;
@@ -73,7 +73,7 @@ VertexInFace read_point_face(const Contact& contact) {
 CrossedEdges read_crossing(const ThesisState& state, const Frame& frame, const Contact& contact) {
     const auto load = [&](Index triangle, Index vertex) {
         if (!state.settings.distribute) return ContactPoint::at_vertex(vertex);
-        const equations::Corners corners = corners_of(*state.topology, frame.position, triangle);
+        const Corners corners = corners_of(state.topology->triangles, frame.position, triangle);
         return ContactPoint::in_triangle(state.topology->triangles, triangle,
                                          closest_point_on_triangle(corners, contact.point));
     };

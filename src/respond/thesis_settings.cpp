@@ -6,26 +6,18 @@ namespace trocar {
 
 std::vector<Parameter> thesis_parameters() {
     std::vector<Parameter> list{
-        {.name = "profile",
-         .type = Parameter::Type::choice,
-         .default_value = "faithful",
-         .choices = {"faithful", "corrected", "printed"},
-         .meaning = "the equations with the damper sign of 3.6 put right, with all corrections, or as printed"},
-        {.name = "distribute",
-         .type = Parameter::Type::choice,
-         .default_value = "force_alpha",
-         .choices = {"force_alpha", "force_at_vertex"},
-         .meaning = "force on a face: shared out by barycentric weights (§4.3.1), or on the nearest vertex (§3.4)"},
+        choice_parameter("profile", "faithful", {"faithful", "corrected", "printed"},
+                         "the equations with the damper sign of 3.6 put right, with all corrections, or as printed"),
+        choice_parameter(
+            "distribute", "force_alpha", {"force_alpha", "force_at_vertex"},
+            "force on a face: shared out by barycentric weights (§4.3.1), or on the nearest vertex (§3.4)"),
         number_parameter("n_back", "1", "10", 0.0, 1e6, "ticks that back-projection (§3.4.5) goes back; 0: none"),
         number_parameter("l_max", "m", "0.02", 0.0, 1e3, "longest back-projection"),
-        {.name = "contacts",
-         .type = Parameter::Type::choice,
-         .default_value = "implicit",
-         .choices = {"implicit", "explicit", "zero_order_hold"},
-         .meaning = "contact forces in the tissue's sub-steps: implicit, explicit, or held over the tick"}};
+        choice_parameter("contacts", "implicit", {"implicit", "explicit", "zero_order_hold"},
+                         "contact forces in the tissue's sub-steps: implicit, explicit, or held over the tick")};
     const std::vector<Parameter> law = law_parameters(
-        "1000 between instruments and rigid bodies; on tissue the mean of the springs, corrected 3e6 N/m3 times the "
-        "vertex' own area");
+        "the scene's, else 1000 between instruments and rigid bodies; on tissue the mean of the springs, corrected "
+        "3e6 N/m3 times the vertex' own area");
     list.insert(list.begin() + 1, law.begin(), law.end());
     return list;
 }

@@ -46,10 +46,7 @@ public:
     void begin(const Frame& frame, double the_dt);
 
     [[nodiscard]] BodyKind kind(Index body) const { return topology->bodies[static_cast<std::size_t>(body)].kind; }
-    [[nodiscard]] bool fixed(Index vertex) const {
-        const auto v = static_cast<std::size_t>(vertex);
-        return materials->mass[v] <= 0.0 || materials->pinned[v] != 0;
-    }
+    [[nodiscard]] bool fixed(Index vertex) const { return !materials->is_free(vertex); }
     /// True if a grasp replaces contact between this vertex and body. In `corrected` grasped tissue stays in contact,
     /// since its springs would otherwise draw it through the jaw.
     [[nodiscard]] bool follows(Index vertex, Index body) const {

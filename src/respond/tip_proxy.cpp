@@ -17,9 +17,7 @@ constexpr double contact_offset = 2e-4;
 constexpr std::size_t most_planes = 16;
 
 Box box_of(const Topology& topology, const Matrix3X& position, Index triangle) {
-    Box box;
-    for (const Vector3& corner : corners_of(topology, position, triangle)) box.add(corner);
-    return box;
+    return box_of(corners_of(topology.triangles, position, triangle));
 }
 
 }  // namespace
@@ -31,7 +29,7 @@ void GodObject::prepare(double radius) {
 
 GodObject::Nearest GodObject::nearest(const Topology& topology, const Matrix3X& position, Index triangle,
                                       const Vector3& point) {
-    const equations::Corners corners = corners_of(topology, position, triangle);
+    const Corners corners = corners_of(topology.triangles, position, triangle);
     Nearest result;
     result.point = equations::point_at(corners, closest_point_on_triangle(corners, point));
     result.distance = (point - result.point).norm();
@@ -47,7 +45,7 @@ void GodObject::place(const Topology& topology, const Matrix3X& position, std::s
     double winding = 0.0;
     Nearest closest{.distance = std::numeric_limits<double>::infinity()};
     for (const Index t : triangles) {
-        const equations::Corners c = corners_of(topology, position, t);
+        const Corners c = corners_of(topology.triangles, position, t);
         const Nearest here = nearest(topology, position, t, device);
         const Vector3 front = (c[1] - c[0]).cross(c[2] - c[0]);
         if (here.distance <= on_the_surface && front.norm() > 0.0) {
@@ -183,14 +181,10 @@ bool GodObject::move_to(const Topology& topology, const Matrix3X& position, cons
     }
     if (!(share > 0.0)) return false;
     const Vector3 end = share < 1.0 ? Vector3(proxy_ + share * travel) : goal;
-    Box path;
-    path.add(proxy_);
-    path.add(end);
+    const Box path = box_of(proxy_, end);
     for (const Index t : candidates_) {
-        const equations::Corners corners = corners_of(topology, position, t);
-        Box own;
-        for (const Vector3& corner : corners) own.add(corner);
-        if (own.overlaps(path) && triangles_intersect({proxy_, end, end}, corners)) return false;
+        const Corners corners = corners_of(topology.triangles, position, t);
+        if (box_of(corners).overlaps(path) && triangles_intersect({proxy_, end, end}, corners)) return false;
     }
     const bool moved = (end - proxy_).norm() > 1e-9 * radius_;
     proxy_ = end;
@@ -297,9 +291,7 @@ void TipProxies::collect_around(const Topology& topology, const Frame& frame, co
     ++search_;
     const std::string& instrument = topology.bodies[at(tip.body)].instrument;
     const double extent = (device - tip.object.proxy()).norm() + 3.0 * radius_;
-    Box between;
-    between.add(device - Vector3::Constant(extent));
-    between.add(device + Vector3::Constant(extent));
+    Box between = box_of(device, device).grown(extent);
     const auto add = [&](Index t) {
         if (reached_[at(t)] == search_) return;
         reached_[at(t)] = search_;
@@ -313,9 +305,7 @@ void TipProxies::collect_around(const Topology& topology, const Frame& frame, co
                 body == tip.body || (!instrument.empty() && topology.bodies[at(body)].instrument == instrument);
             if (!same || reached_[at(pair.b)] == search_) continue;
             add(pair.b);
-            const Box box = box_of(topology, frame.position, pair.b);
-            between.add(box.min);
-            between.add(box.max);
+            between.add(box_of(topology, frame.position, pair.b));
         }
     }
     // around_ grows during the loop.

@@ -21,8 +21,9 @@ void visit(const ContactPoint& point, double sign, const Act& act) {
 
 void exchange(ThesisState& state, const Frame& frame, const Contact& contact) {
     const Topology& topology = *state.topology;
-    const equations::CornerPair pair = equations::closest_corners(corners_of(topology, frame.position, contact.a),
-                                                                  corners_of(topology, frame.position, contact.b));
+    const equations::CornerPair pair =
+        equations::closest_corners(corners_of(topology.triangles, frame.position, contact.a),
+                                   corners_of(topology.triangles, frame.position, contact.b));
     const Index v1 = topology.triangles(pair.first, contact.a);
     const Index v2 = topology.triangles(pair.second, contact.b);
     if (state.fixed(v1) && state.fixed(v2)) return;

@@ -134,13 +134,12 @@ ResponseEntry unilateral_response() {
     entry.own = true;
     entry.contact_generators = {"tracked_proximity", "proximity"};
     entry.parameters = law_parameters_on_tissue(
-        "on tissue 5000 times the stiffest vertex' mean spring (k_effective_n_per_m of a run), else 1000", true);
+        "on tissue 5000 times the stiffest vertex' mean spring (k_effective_n_per_m of a run), elsewhere the scene's, "
+        "else 1000",
+        true);
     const std::vector<Parameter> grasping{
-        {.name = "grasp",
-         .type = Parameter::Type::choice,
-         .default_value = "on",
-         .choices = {"on", "off"},
-         .meaning = "jaws that close hold the tissue between them on springs that slip"},
+        choice_parameter("grasp", "on", {"on", "off"},
+                         "jaws that close hold the tissue between them on springs that slip"),
         number_parameter("grasp_k", "N/m", "300", 0.0, 1e6, "stiffness that holds a grasped vertex"),
         number_parameter("grasp_slip", "N", "2", 0.0, 1e6, "force on one vertex at which it slips out of a grasp"),
         number_parameter(

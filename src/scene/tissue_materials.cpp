@@ -38,10 +38,9 @@ std::vector<double> stiffness_majorant(const Materials& materials, const Matrix3
         if (enclosure.triangles.cols() == 0 || !vertices.contains(enclosure.triangles(0, 0))) continue;
         Matrix3X gradient = Matrix3X::Zero(3, position.cols());
         add_volume_gradient(enclosure.triangles, position, 1.0, gradient);
-        const auto moves = [&](Index v) { return materials.mass[at(v)] > 0.0 && materials.pinned[at(v)] == 0; };
         double square = 0.0;
         for (Index v = vertices.first; v < vertices.end(); ++v) {
-            if (moves(v)) square += gradient.col(v).squaredNorm() / materials.mass[at(v)];
+            if (materials.is_free(v)) square += gradient.col(v).squaredNorm() / materials.mass[at(v)];
         }
         const double lambda = enclosure.bulk_modulus / enclosure.volume * square;
         for (Index v = vertices.first; v < vertices.end(); ++v) {
@@ -65,7 +64,7 @@ int enough_substeps(const Materials& materials, const Matrix3X& position, Range 
     for (Index i = 0; i < vertices.count; ++i) {
         const Index v = vertices.first + i;
         const double mass = materials.mass[at(v)];
-        if (mass <= 0.0 || materials.pinned[at(v)] != 0) continue;
+        if (!materials.is_free(v)) continue;
         const double stiffness = k[at(i)] / mass;
         const double damping = 2.0 * c[at(i)] / mass + materials.drag[at(v)] / mass;
         if (stiffness <= 0.0) continue;

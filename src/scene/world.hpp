@@ -144,6 +144,11 @@ struct Materials {
     std::vector<Vector3> tip;
     /// per body: device of its operator, absent: a script; empty: scripts only
     std::vector<std::optional<Device>> device;
+
+    /// The integrator moves this vertex: it has mass and is not pinned.
+    [[nodiscard]] bool is_free(Index vertex) const {
+        return mass[at(vertex)] > 0.0 && (pinned.empty() || pinned[at(vertex)] == 0);
+    }
 };
 
 }  // namespace trocar

@@ -35,7 +35,7 @@ EnergyMomentumAudit::EnergyMomentumAudit(const Scene& scene) : scene_(&scene), h
     for (const BodyRange& body : scene.topology.bodies) {
         if (body.kind != BodyKind::tissue) continue;
         for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
-            free_[at(v)] = is_free(scene.materials, v) ? 1 : 0;
+            free_[at(v)] = scene.materials.is_free(v) ? 1 : 0;
         }
     }
     moves_ = free_;

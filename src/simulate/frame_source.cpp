@@ -57,8 +57,7 @@ public:
 
 private:
     [[nodiscard]] Corners corners(const Frame& frame, Index triangle) const {
-        const auto vertices = topology_->triangles.col(triangle);
-        return {frame.position.col(vertices(0)), frame.position.col(vertices(1)), frame.position.col(vertices(2))};
+        return corners_of(topology_->triangles, frame.position, triangle);
     }
     const Topology* topology_ = nullptr;
     double query_distance_ = 0.0;  ///< m

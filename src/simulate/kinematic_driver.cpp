@@ -59,7 +59,7 @@ void KinematicDriver::find_what_changes() {
         }
         const std::size_t others = free_tissue_.size();
         for (Index v = range.vertices.first; v < range.vertices.end(); ++v) {
-            if (!is_free(scene_->materials, v)) continue;
+            if (!scene_->materials.is_free(v)) continue;
             if (free_tissue_.size() > others && v - free_tissue_.back().end() < short_gap) {
                 free_tissue_.back().count = v + 1 - free_tissue_.back().first;
             } else {
@@ -162,10 +162,9 @@ void KinematicDriver::press_scripted(const ResponseOutput& output, const Frame& 
         const auto by_operator = [this](Index body) { return body >= 0 && operator_of_body_[at(body)] >= 0; };
         if (!by_operator(pushed) && !by_operator(contact.reaction_body)) {
             const double gap = contact.gap + rate * scene_->dt;
-            const bool both_senses = contact.bilateral() || contact.adhesive;
-            const StepLaw law(contact.k, std::max(contact.mu, 0.0), -contact.gap, scene_->dt, both_senses);
+            const StepLaw law(contact.k, std::max(contact.mu, 0.0), -contact.gap, scene_->dt, contact.pulls());
             double force = law.force(rate) - std::min(contact.mu, 0.0) * rate;
-            if (!contact.bilateral() && (gap > 0.0 || (!contact.adhesive && force < 0.0))) force = 0.0;
+            if (!contact.bilateral() && (gap > 0.0 || (!contact.pulls() && force < 0.0))) force = 0.0;
             force = std::clamp(force, -contact.limit, contact.limit);
             contact_forces[c] = {.normal = force, .at_limit = std::abs(force) >= contact.limit};
         }

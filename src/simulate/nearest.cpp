@@ -9,11 +9,6 @@
 namespace trocar {
 namespace {
 
-Corners corners_of(const Topology& topology, const Frame& frame, Index triangle) {
-    const auto corner = [&](int i) -> Vector3 { return frame.position.col(topology.triangles(i, triangle)); };
-    return {corner(0), corner(1), corner(2)};
-}
-
 /// m; infinite for an empty box.
 double gap(const Box& a, const Box& b) { return std::sqrt(squared_gap(a, b)); }
 
@@ -23,7 +18,7 @@ std::vector<Index> triangles_near(const Topology& topology, const Frame& frame, 
     std::vector<Index> near;
     const Range triangles = topology.bodies[static_cast<std::size_t>(body)].triangles;
     for (Index t = triangles.first; t < triangles.end(); ++t) {
-        const Corners corners = corners_of(topology, frame, t);
+        const Corners corners = corners_of(topology.triangles, frame.position, t);
         const bool is_somewhere =
             std::all_of(corners.begin(), corners.end(), [](const Vector3& corner) { return corner.allFinite(); });
         if (is_somewhere && gap(box_of(corners), other) < query_distance) near.push_back(t);
@@ -51,7 +46,7 @@ void NearestApproach::observe(const Topology& topology, const Frame& frame) {
                                frame.position);
         double least = distance;
         for (const Index one : triangles_near(topology, frame, a, around_b, distance)) {
-            least = of_b.distance_to(corners_of(topology, frame, one), least);
+            least = of_b.distance_to(corners_of(topology.triangles, frame.position, one), least);
         }
         if (!(least < distance)) continue;
         distance = least;

@@ -84,11 +84,6 @@ double depth_or_zero(const std::optional<Contact>& contact) {
     return contact && std::isfinite(contact->depth) ? contact->depth : 0.0;
 }
 
-Corners triangle_corners(const Topology& topology, const Frame& frame, Index triangle) {
-    const auto vertices = topology.triangles.col(triangle);
-    return {frame.position.col(vertices[0]), frame.position.col(vertices[1]), frame.position.col(vertices[2])};
-}
-
 /// a/b <= c/d for counts, where 0/0 is 0.
 bool is_no_larger_part(std::int64_t a, std::int64_t b, std::int64_t c, std::int64_t d) {
     return static_cast<long double>(a) * static_cast<long double>(std::max<std::int64_t>(d, 1)) <=
@@ -241,8 +236,8 @@ void TruthComparison::add(const Topology& topology, const Frame& frame, const Ti
     for (const auto& [pair, contact] : meeting) {
         ++figures_.reported;
         ++figures_.false_positives;
-        const TriangleDistance distance =
-            triangle_distance(triangle_corners(topology, frame, pair.a), triangle_corners(topology, frame, pair.b));
+        const TriangleDistance distance = triangle_distance(corners_of(topology.triangles, frame.position, pair.a),
+                                                            corners_of(topology.triangles, frame.position, pair.b));
         worst_.add({.what = What::untrue,
                     .tick = frame.tick,
                     .a = pair.a,

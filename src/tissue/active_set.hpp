@@ -10,8 +10,7 @@ namespace trocar {
 
 /// True if an active contact with this `force` (N) of its law exceeds its limit in a direction in which it can act.
 inline bool reaches_limit(const TickContact& contact, double force) {
-    const bool pulls = contact.bilateral || contact.adhesive;
-    return contact.on && !contact.capped && (force > contact.limit || (pulls && force < -contact.limit));
+    return contact.on && !contact.capped && (force > contact.limit || (contact.pulls && force < -contact.limit));
 }
 
 inline bool leaves_limit(const TickContact& contact, double force) {
@@ -19,7 +18,7 @@ inline bool leaves_limit(const TickContact& contact, double force) {
 }
 
 /// Active-set method for backward Euler of all contacts over a step of h (s). An active contact exerts the force of its
-/// StepLaw at the rate (m/s) after the step. Only bilateral and adhesive contacts pull. `solved()` solves for the
+/// StepLaw at the rate (m/s) after the step. Only contacts that pull have a negative force. `solved()` solves for the
 /// current flags `on` and `capped` and returns false if it cannot. `rate_of(contact)` then returns the contact's rate
 /// (m/s). Sets `force` (N). Returns false if a guess cannot be solved or the search does not settle.
 template <typename Solved, typename RateOf>
@@ -44,7 +43,7 @@ bool find_active(std::span<TickContact> contacts, double h, const Solved& solved
                 continue;
             }
             contact.force = contact.on ? force : 0.0;
-            if (contact.bilateral || contact.adhesive) continue;
+            if (contact.pulls) continue;
             const bool leaves = contact.on && force < 0.0;
             const bool joins = !contact.on && force > 0.0;
             if (leaves) contact.force = 0.0;

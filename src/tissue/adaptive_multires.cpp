@@ -404,51 +404,25 @@ StepperEntry adaptive_multires_stepper() {
     entry.takes_solved_contacts = true;
     entry.takes_position_corrections = true;
     entry.takes_held_forces = true;
-    const auto whole_number = [](const char* name, const char* value, double least, const char* meaning) {
-        return Parameter{.name = name,
-                         .type = Parameter::Type::integer,
-                         .unit = "1",
-                         .default_value = value,
-                         .minimum = least,
-                         .maximum = 1e7,
-                         .meaning = meaning};
-    };
     entry.parameters = {
-        {.name = "error",
-         .unit = "1",
-         .default_value = "0.01",
-         .minimum = 1e-4,
-         .maximum = 0.1,
-         .meaning =
-             "bound on the error of the force at a tool, as a part of it, on meshes with even faces: sets how far the "
-             "fine region reaches"},
-        whole_number("slices", "16", 16, "a part of one over this many of all vertices is followed in a tick, at most"),
-        whole_number("relaxations", "250", 3,
-                     "most vertices of the far field that are followed in a tick, those first that have gone furthest"),
-        whole_number("whole", "2000", 0,
-                     "tissue of up to so many moving vertices is stepped as a whole, by `implicit`"),
-        {.name = "tolerance",
-         .unit = "1",
-         .default_value = "0.002",
-         .minimum = 1e-14,
-         .maximum = 0.1,
-         .meaning =
-             "what a step leaves open of its momentum, as a part of what contacts give in it (2 `error`^1.5 at most), "
-             "or a tenth of that, of all that acts"},
-        {.name = "iterations",
-         .type = Parameter::Type::integer,
-         .unit = "1",
-         .default_value = "1000",
-         .minimum = 1,
-         .maximum = 100000,
-         .meaning = "most iterations of conjugate gradients for one system"},
-        {.name = "threads",
-         .type = Parameter::Type::integer,
-         .unit = "1",
-         .default_value = "1",
-         .minimum = 1,
-         .maximum = 2,
-         .meaning = "2: the far field is followed in a thread of its own beside the solve; the same bits"}};
+        number_parameter(
+            "error", "1", "0.01", 1e-4, 0.1,
+            "bound on the error of the force at a tool, as a part of it, on meshes with even faces: sets how far the "
+            "fine region reaches"),
+        integer_parameter("slices", "16", 16, 1e7,
+                          "a part of one over this many of all vertices is followed in a tick, at most"),
+        integer_parameter(
+            "relaxations", "250", 3, 1e7,
+            "most vertices of the far field that are followed in a tick, those first that have gone furthest"),
+        integer_parameter("whole", "2000", 0, 1e7,
+                          "tissue of up to so many moving vertices is stepped as a whole, by `implicit`"),
+        number_parameter(
+            "tolerance", "1", "0.002", 1e-14, 0.1,
+            "what a step leaves open of its momentum, as a part of what contacts give in it (2 `error`^1.5 at most), "
+            "or a tenth of that, of all that acts"),
+        integer_parameter("iterations", "1000", 1, 100000, "most iterations of conjugate gradients for one system"),
+        integer_parameter("threads", "1", 1, 2,
+                          "2: the far field is followed in a thread of its own beside the solve; the same bits")};
     entry.make = [](const ParameterValues& values) {
         const auto count = [&values](const char* name) { return static_cast<std::size_t>(values.integer(name)); };
         return std::make_unique<AdaptiveMultiresStepper>(

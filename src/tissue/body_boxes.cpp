@@ -56,12 +56,8 @@ bool BodyBoxes::may_meet(Index body, const Vector3& from, const Vector3& to, dou
     if (opposite_[at(body)].empty()) return true;
     return std::any_of(opposite_[at(body)].begin(), opposite_[at(body)].end(), [&](Index other) {
         const Place& place = places_[at(other)];
-        Box path;
-        path.add(place.to_own * (from - place.origin));
-        path.add(place.to_own * (to - place.origin));
-        path.min.array() -= distance;
-        path.max.array() += distance;
-        return path.overlaps(place.box);
+        const Box path = box_of(place.to_own * (from - place.origin), place.to_own * (to - place.origin));
+        return path.grown(distance).overlaps(place.box);
     });
 }
 

@@ -200,7 +200,7 @@ double ContactSolver::force_alone(double h, const TickContact& contact, double s
     const double response = h * contact.mobility;  // m/s per N
     const double force = (law.force(speed - response * contact.force) + contact.held) / (1.0 + law.slope * response);
     if (contact.bilateral) return contact.within_limit(force);
-    if (contact.adhesive) return contact.depth >= 0.0 ? contact.within_limit(force) : 0.0;
+    if (contact.pulls) return contact.depth >= 0.0 ? contact.within_limit(force) : 0.0;
     return contact.within_limit(std::max(force, 0.0));
 }
 

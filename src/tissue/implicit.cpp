@@ -179,35 +179,15 @@ StepperEntry implicit_stepper() {
     entry.takes_solved_contacts = true;
     entry.takes_position_corrections = true;
     entry.takes_held_forces = true;
-    entry.parameters = {{.name = "steps",
-                         .type = Parameter::Type::integer,
-                         .unit = "1",
-                         .default_value = "1",
-                         .minimum = 1,
-                         .maximum = 1000,
-                         .meaning = "steps a tick, each with a linearisation of its own"},
-                        {.name = "tolerance",
-                         .unit = "1",
-                         .default_value = "1e-4",
-                         .minimum = 1e-14,
-                         .maximum = 0.1,
-                         .meaning = "residual of a step's linear systems over their right side"},
-                        {.name = "iterations",
-                         .type = Parameter::Type::integer,
-                         .unit = "1",
-                         .default_value = "200",
-                         .minimum = 1,
-                         .maximum = 100000,
-                         .meaning = "most iterations of conjugate gradients for one system"},
-                        {.name = "factor",
-                         .type = Parameter::Type::integer,
-                         .unit = "1",
-                         .default_value = "0",
-                         .minimum = 0,
-                         .maximum = 1000,
-                         .meaning = "ticks after which a sparse Cholesky factor of a step's system, made in a second "
-                                    "thread, is taken over as preconditioner of the steps from then on; 0: none, "
-                                    "3×3 blocks"}};
+    entry.parameters = {
+        integer_parameter("steps", "1", 1, 1000, "steps a tick, each with a linearisation of its own"),
+        number_parameter("tolerance", "1", "1e-4", 1e-14, 0.1,
+                         "residual of a step's linear systems over their right side"),
+        integer_parameter("iterations", "200", 1, 100000, "most iterations of conjugate gradients for one system"),
+        integer_parameter("factor", "0", 0, 1000,
+                          "ticks after which a sparse Cholesky factor of a step's system, made in a second "
+                          "thread, is taken over as preconditioner of the steps from then on; 0: none, "
+                          "3×3 blocks")};
     entry.make = [](const ParameterValues& values) {
         return std::make_unique<ImplicitStepper>(
             ImplicitSettings{.steps = static_cast<int>(values.integer("steps")),

@@ -42,7 +42,7 @@ void ImplicitContacts::solve(double h, bool known, const SpringArrays& springs, 
     for (TickContact& contact : all) {
         const double rate = TickContacts::rate(contact, state);
         const bool touches = contact.bilateral || contact.depth >= 0.0;
-        contact.on = touches && (contact.bilateral || contact.adhesive);
+        contact.on = touches && contact.pulls;
         contact.capped = false;
         // Explicit (negative) damping acts at the velocity of the free motion.
         if (!known) contact.held = touches ? -contact.explicit_damping * rate : 0.0;
@@ -188,7 +188,7 @@ void ImplicitContacts::guess_pressing(double h, std::span<TickContact> contacts)
         missing_.clear();
         for (std::size_t c = 0; c < contacts.size(); ++c) {
             TickContact& contact = contacts[c];
-            if (contact.bilateral || contact.adhesive || contact.solved) continue;
+            if (contact.pulls || contact.solved) continue;
             if (contact.on && force_[c] < 0.0) contact.on = false;
             gap_[c] = h * rate(c, h) - contact.depth;
             if (!contact.on && has_column_[c] == 0 && gap_[c] < 0.0) missing_.push_back(c);
@@ -223,8 +223,8 @@ void ImplicitContacts::find_pressing(double h, std::span<TickContact> contacts) 
             const double own = h * answer_(eigen_index(c), eigen_index(c));
             const double others = rate(c, h) - own * force_[c];
             double force = (law.force(others) + contact.held) / (1.0 + law.slope * own);
-            if (!contact.bilateral && !contact.adhesive) force = std::max(force, 0.0);
-            if (!contact.bilateral && contact.adhesive && contact.depth < 0.0) force = 0.0;
+            if (!contact.pulls) force = std::max(force, 0.0);
+            if (!contact.bilateral && contact.pulls && contact.depth < 0.0) force = 0.0;
             contact.force = contact.within_limit(force);
             change = std::max(change, std::abs(contact.force - force_[c]));
             largest = std::max(largest, std::abs(contact.force));

@@ -12,7 +12,7 @@ LargestMode largest_mode(const Materials& materials, const Matrix3X& position) {
     Eigen::Index unknowns = 0;
     for (Eigen::Index v = 0; v < n; ++v) {
         const auto i = static_cast<std::size_t>(v);
-        if (!is_free(materials, static_cast<Index>(v))) continue;
+        if (!materials.is_free(static_cast<Index>(v))) continue;
         scale.col(v).setConstant(1.0 / std::sqrt(materials.mass[i]));
         unknowns += 3;
     }

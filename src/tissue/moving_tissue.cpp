@@ -40,7 +40,7 @@ TissueState state_of(const Topology& topology, const Materials& materials) {
     std::vector<std::uint8_t> free(n, 0);
     for (const BodyRange& body : topology.bodies) {
         if (body.kind != BodyKind::tissue) continue;
-        for (Index v = body.vertices.first; v < body.vertices.end(); ++v) free[at(v)] = is_free(materials, v) ? 1 : 0;
+        for (Index v = body.vertices.first; v < body.vertices.end(); ++v) free[at(v)] = materials.is_free(v) ? 1 : 0;
     }
     std::vector<std::uint8_t> taken = free;
     for (const Spring& spring : materials.springs) {
@@ -100,7 +100,7 @@ MovingTissue::MovingTissue(const Topology& topology, const Materials& materials)
 template <typename Act>
 void MovingTissue::each_placed(const ResponseOutput& output, const Act& act) const {
     for (const PositionCorrection& position_correction : output.position_corrections) {
-        if (state_.place[at(position_correction.vertex)] >= 0 && is_free(*materials_, position_correction.vertex))
+        if (state_.place[at(position_correction.vertex)] >= 0 && materials_->is_free(position_correction.vertex))
             act(position_correction);
     }
 }

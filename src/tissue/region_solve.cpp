@@ -115,16 +115,15 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
         TickContact& contact = contacts.all()[c];
         Row& row = rows_[c];
         const double rate = TickContacts::rate(contact, state);
-        const bool may_leave = !contact.bilateral && !contact.adhesive;
         const bool closed = contact.bilateral || contact.depth >= 0.0;
         row.most = contact.limit;
-        row.least = may_leave && !known ? 0.0 : -contact.limit;
+        row.least = !contact.pulls && !known ? 0.0 : -contact.limit;
         if (known) {
             row.given = contact.held;
         } else {
             // Explicit (negative) damping acts at the velocity at the start of the step.
             contact.held = closed ? -contact.explicit_damping * rate : 0.0;
-            if (closed || may_leave) {
+            if (closed || !contact.pulls) {
                 const StepLaw law = contact.law(h);
                 row.given = law.still + contact.held;
                 row.yield = law.slope;

@@ -30,14 +30,6 @@ double longest_step(double squared, double rate) {
     return sum > 0.0 ? 8.0 / sum : std::numeric_limits<double>::infinity();
 }
 
-}  // namespace
-
-bool is_free(const Materials& materials, Index vertex) {
-    return materials.mass[at(vertex)] > 0.0 && (materials.pinned.empty() || materials.pinned[at(vertex)] == 0);
-}
-
-namespace {
-
 /// Row sums of the absolute values of K and C over the free vertices, 3×N.
 struct RowSums {
     Matrix3X stiffness;  ///< N/m
@@ -51,7 +43,7 @@ RowSums row_sums(const Materials& materials, const Matrix3X& position, std::span
     std::vector<Matrix3> damping(static_cast<std::size_t>(n), Matrix3::Zero());
     RowSums rows{Matrix3X::Zero(3, n), Matrix3X::Zero(3, n)};
     for (const Spring& spring : materials.springs) {
-        const bool both = is_free(materials, spring.i) && is_free(materials, spring.j);
+        const bool both = materials.is_free(spring.i) && materials.is_free(spring.j);
         const Vector3 u = (position.col(spring.j) - position.col(spring.i)).normalized();
         for (const auto& [block, diagonal, sums] :
              {std::tuple(stiffness_block(spring, position), &stiffness, &rows.stiffness),
@@ -65,7 +57,7 @@ RowSums row_sums(const Materials& materials, const Matrix3X& position, std::span
     if (!materials.enclosures.empty()) {
         std::vector<double> inverse_mass(static_cast<std::size_t>(n), 0.0);
         for (Index v = 0; v < n; ++v) {
-            if (is_free(materials, v)) inverse_mass[at(v)] = 1.0 / materials.mass[at(v)];
+            if (materials.is_free(v)) inverse_mass[at(v)] = 1.0 / materials.mass[at(v)];
         }
         add_volume_row_sums(materials.enclosures, position, inverse_mass, rows.stiffness);
     }
@@ -85,7 +77,7 @@ double gershgorin_bound_omega(const Materials& materials, const Matrix3X& positi
     const RowSums rows = row_sums(materials, position, contact_stiffness);
     double largest = 0.0;
     for (Index v = 0; v < position.cols(); ++v) {
-        if (!is_free(materials, v)) continue;
+        if (!materials.is_free(v)) continue;
         largest = std::max(largest, rows.stiffness.col(v).maxCoeff() / materials.mass[at(v)]);
     }
     return std::sqrt(largest);
@@ -95,8 +87,8 @@ void apply_stiffness(const Materials& materials, const Matrix3X& position, const
                      Matrix3X& force) {
     force.setZero(3, position.cols());
     for (const Spring& spring : materials.springs) {
-        const bool free_i = is_free(materials, spring.i);
-        const bool free_j = is_free(materials, spring.j);
+        const bool free_i = materials.is_free(spring.i);
+        const bool free_j = materials.is_free(spring.j);
         Vector3 difference = Vector3::Zero();
         if (free_i) difference += displacement.col(spring.i);
         if (free_j) difference -= displacement.col(spring.j);
@@ -108,11 +100,11 @@ void apply_stiffness(const Materials& materials, const Matrix3X& position, const
     Matrix3X free_part = displacement;
     Matrix3X volume_force = Matrix3X::Zero(3, position.cols());
     for (Index v = 0; v < position.cols(); ++v) {
-        if (!is_free(materials, v)) free_part.col(v).setZero();
+        if (!materials.is_free(v)) free_part.col(v).setZero();
     }
     add_volume_stiffness(materials.enclosures, position, free_part, volume_force);
     for (Index v = 0; v < position.cols(); ++v) {
-        if (is_free(materials, v)) force.col(v) += volume_force.col(v);
+        if (materials.is_free(v)) force.col(v) += volume_force.col(v);
     }
 }
 
@@ -130,7 +122,7 @@ int stable_substeps(const Materials& materials, const Matrix3X& position, double
     }
     double damping_rate = 0.0;
     for (Index v = 0; v < position.cols(); ++v) {
-        if (is_free(materials, v)) damping_rate = std::max(damping_rate, damping[at(v)] / materials.mass[at(v)]);
+        if (materials.is_free(v)) damping_rate = std::max(damping_rate, damping[at(v)] / materials.mass[at(v)]);
     }
     if (omega == 0.0 && damping_rate == 0.0) return 1;
     const double limit = 0.95 * critical_time_step(omega, damping_rate);
@@ -146,12 +138,12 @@ void add_damping(const Materials& materials, const Matrix3X& position, const Mat
         if (spring.damping == 0.0 || d.squaredNorm() == 0.0) continue;
         const Vector3 u = d.normalized();
         const Vector3 f = spring.damping * u.dot(shape.col(spring.i) - shape.col(spring.j)) * u;
-        if (is_free(materials, spring.i)) image.col(spring.i) += f;
-        if (is_free(materials, spring.j)) image.col(spring.j) -= f;
+        if (materials.is_free(spring.i)) image.col(spring.i) += f;
+        if (materials.is_free(spring.j)) image.col(spring.j) -= f;
     }
     for (std::size_t v = 0; v < materials.drag.size(); ++v) {
         const auto column = static_cast<Eigen::Index>(v);
-        if (is_free(materials, static_cast<Index>(v))) image.col(column) += materials.drag[v] * shape.col(column);
+        if (materials.is_free(static_cast<Index>(v))) image.col(column) += materials.drag[v] * shape.col(column);
     }
 }
 
@@ -165,7 +157,7 @@ double proven_unstable(const Materials& materials, const Matrix3X& position, dou
         shape.data()[i] = std::sin(1.0 + 0.754877666 * static_cast<double>(i * i + i));
     }
     for (Index v = 0; v < n; ++v) {
-        if (!is_free(materials, v)) shape.col(v).setZero();
+        if (!materials.is_free(v)) shape.col(v).setZero();
     }
     Matrix3X stiff(3, n);
     Matrix3X damped(3, n);
@@ -177,7 +169,7 @@ double proven_unstable(const Materials& materials, const Matrix3X& position, dou
         add_damping(materials, position, shape, damped);
         double mass = 0.0;
         for (Index v = 0; v < n; ++v) {
-            if (is_free(materials, v)) mass += materials.mass[at(v)] * shape.col(v).squaredNorm();
+            if (materials.is_free(v)) mass += materials.mass[at(v)] * shape.col(v).squaredNorm();
         }
         if (mass == 0.0) break;
         const double squared = std::max(0.0, shape.cwiseProduct(stiff).sum() / mass);
@@ -185,7 +177,7 @@ double proven_unstable(const Materials& materials, const Matrix3X& position, dou
         smallest = std::min(smallest, longest_step(squared, rate));
         if (smallest < enough) break;
         for (Index v = 0; v < n; ++v) {
-            if (is_free(materials, v)) {
+            if (materials.is_free(v)) {
                 shape.col(v) = (h * h * stiff.col(v) + 2.0 * h * damped.col(v)) / materials.mass[at(v)];
             }
         }
@@ -211,7 +203,7 @@ StepEstimate explicit_step(const Materials& materials, const Matrix3X& position,
     estimate.substeps = std::max(1, materials.substeps);
     const RowSums rows = row_sums(materials, position);
     for (Index v = 0; v < position.cols(); ++v) {
-        if (!is_free(materials, v)) continue;
+        if (!materials.is_free(v)) continue;
         const double mass = materials.mass[at(v)];
         for (int axis = 0; axis < 3; ++axis) {
             const double squared = rows.stiffness(axis, v) / mass;
@@ -227,7 +219,7 @@ StepEstimate explicit_step(const Materials& materials, const Matrix3X& position,
     }
     double heaviest = -1.0;
     for (const Spring& spring : materials.springs) {
-        if (!is_free(materials, spring.i) && !is_free(materials, spring.j)) continue;
+        if (!materials.is_free(spring.i) && !materials.is_free(spring.j)) continue;
         ++estimate.springs;
         if (spring.i != estimate.vertex && spring.j != estimate.vertex) continue;
         const double h = estimate.stable_step;

@@ -9,9 +9,6 @@
 
 namespace trocar {
 
-/// True if the integrator moves this vertex: it has mass and is not pinned.
-bool is_free(const Materials& materials, Index vertex);
-
 /// Bound on the angular frequency (rad/s) of the undamped system by Gershgorin rows of K/m over the free vertices
 /// (METHODS §4). `contact_stiffness` (N entries or empty, N/m) is added to the diagonal of its vertex. The undamped
 /// step limit is 2/omega; critical_time_step includes damping.

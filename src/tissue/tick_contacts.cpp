@@ -99,8 +99,8 @@ bool TickContacts::enter(const ContactForceLaw& contact, const Frame& frame, con
     entry.stiffness = contact.k;
     entry.damping = std::max(contact.mu, 0.0);
     entry.explicit_damping = std::min(contact.mu, 0.0);
-    entry.adhesive = contact.adhesive;
     entry.bilateral = contact.bilateral();
+    entry.pulls = contact.pulls();
     entry.limit = contact.limit;
     double speed = 0.0;  // of P, in the frame
     const auto add = [&](Index vertex, double weight) {
@@ -145,7 +145,7 @@ bool TickContacts::enter(const ContactForceLaw& contact, const Frame& frame, con
         entry.turns = entry.turns && corners + others == 4;  // a vertex and a face, or two edges
     }
     entry.held = entry.stiffness * entry.depth - contact.mu * (entry.fixed_rate + speed);
-    if (!entry.adhesive && !entry.bilateral) entry.held = std::max(entry.held, 0.0);
+    if (!entry.pulls) entry.held = std::max(entry.held, 0.0);
     if (!entry.bilateral && entry.depth < 0.0) entry.held = 0.0;
     entry.held = entry.within_limit(entry.held);
     return true;
@@ -199,7 +199,7 @@ void TickContacts::hold_current_force(const TissueState& state) {
     for (TickContact& contact : contacts_) {
         const double speed = rate(contact, state);
         double force = contact.stiffness * contact.depth - (contact.damping + contact.explicit_damping) * speed;
-        if (!contact.bilateral && (contact.depth < 0.0 || (!contact.adhesive && force < 0.0))) force = 0.0;
+        if (!contact.bilateral && (contact.depth < 0.0 || (!contact.pulls && force < 0.0))) force = 0.0;
         contact.held = contact.within_limit(force);
     }
 }

@@ -35,8 +35,8 @@ struct TickContact {
     double force = 0.0;                 ///< N, in the last sub-step
     Vector3 surface = Vector3::Zero();  ///< m/s, velocity of the other side from vertices and bodies that are not free
     Vector3 rubbed = Vector3::Zero();   ///< N, tangential force on P in the last sub-step
-    bool adhesive = false;
     bool bilateral = false;
+    bool pulls = false;
     bool solved = false;  ///< impulse computed by ResponseOutput::solver
     bool on = false;
     bool capped = false;  ///< on, with `force` at its limit instead of the spring's force
@@ -45,7 +45,7 @@ struct TickContact {
 
     [[nodiscard]] Vector3 along_surface(const Vector3& vector) const { return vector - vector.dot(normal) * normal; }
     /// Force law over a step of h (s) from the current state, without the explicit damping.
-    [[nodiscard]] StepLaw law(double h) const { return {stiffness, damping, depth, h, bilateral || adhesive}; }
+    [[nodiscard]] StepLaw law(double h) const { return {stiffness, damping, depth, h, pulls}; }
     [[nodiscard]] double within_limit(double given) const { return std::clamp(given, -limit, limit); }
 };
 

@@ -52,8 +52,8 @@ void VirtualCouplings::collect(const Topology& topology, const Frame& frame, con
         row.stiffness = contact.k;
         row.damping = std::max(contact.mu, 0.0);
         row.explicit_damping = std::min(contact.mu, 0.0);
-        row.adhesive = contact.adhesive;
         row.bilateral = contact.bilateral();
+        row.pulls = contact.pulls();
         row.limit = contact.limit;
         rows_.push_back(row);
     }
@@ -83,7 +83,7 @@ void VirtualCouplings::solve(double h, std::span<const DrivenOperator> operators
             const double force = row.law.force(speed);
             if (row.bilateral) {
                 row.on = true;
-            } else if (row.adhesive || change == 0) {
+            } else if (row.pulls || change == 0) {
                 row.on = row.depth >= 0.0;
             } else {
                 row.on = force > 0.0;
@@ -151,7 +151,7 @@ void VirtualCouplings::advance(const Topology& topology, const Frame& frame, con
             if (row.plus >= 0) depth -= moved(row.plus).dot(row.normal);
             if (row.minus >= 0) depth += moved(row.minus).dot(row.normal);
             depth -= step * h * row.offset;
-            row.law = {row.stiffness, row.damping, depth, h, row.bilateral || row.adhesive};
+            row.law = {row.stiffness, row.damping, depth, h, row.pulls};
             // Explicit (negative) damping acts at the velocity at the start of the sub-step.
             const bool closed = row.bilateral || depth >= 0.0;
             if (closed) row.law.still -= row.explicit_damping * rate(row, start_);

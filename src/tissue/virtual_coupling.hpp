@@ -57,8 +57,8 @@ private:
         double explicit_damping = 0.0;  ///< <= 0
         StepLaw law;                    ///< of the sub-step
         double limit = 0.0;             ///< N, largest force
-        bool adhesive = false;
         bool bilateral = false;
+        bool pulls = false;
         double depth = 0.0;  ///< m, at the start of the sub-step; negative: open
         bool on = false;
         bool capped = false;  ///< on, and at its limit

@@ -46,7 +46,7 @@ private:
         }
         constexpr double rounding = 1e-9;
         for (std::size_t v = 0; v < state.size(); ++v) {
-            if (!is_free(tissue().materials(), state.vertex[v])) continue;
+            if (!tissue().materials().is_free(state.vertex[v])) continue;
             const auto column = static_cast<Eigen::Index>(v);
             if ((own_bias_.col(column).head<3>() - bias.col(state.vertex[v])).norm() <= rounding * largest) continue;
             counter_.setZero();
@@ -163,10 +163,10 @@ private:
             const double moved = path(contact).dot(contact.normal) + contact.fixed_rate * h;
             const StepLaw law = contact.law(h);
             double force = law.force(moved / h) / (1.0 + law.slope * h * contact.mobility);
-            const bool on = contact.bilateral || contact.depth >= (contact.adhesive ? 0.0 : moved);
+            const bool on = contact.bilateral || contact.depth >= (contact.pulls ? 0.0 : moved);
             // Negative damping (eq. 3.6 as printed) is explicit.
             force -= contact.explicit_damping * TickContacts::rate(contact, tissue().state());
-            if (!contact.bilateral && !contact.adhesive) force = std::max(force, 0.0);
+            if (!contact.pulls) force = std::max(force, 0.0);
             contact.force = on ? contact.within_limit(force) : 0.0;
         }
         push(contact, contact.force * h * h * contact.normal);
@@ -198,13 +198,8 @@ StepperEntry xpbd_stepper() {
     entry.takes_solved_contacts = true;
     entry.takes_position_corrections = true;
     entry.takes_held_forces = true;
-    entry.parameters = {{.name = "substeps",
-                         .type = Parameter::Type::integer,
-                         .unit = "1",
-                         .default_value = "10",
-                         .minimum = 1,
-                         .maximum = 1000,
-                         .meaning = "small steps a tick; fewer make stiff tissue softer"}};
+    entry.parameters = {
+        integer_parameter("substeps", "10", 1, 1000, "small steps a tick; fewer make stiff tissue softer")};
     entry.make = [](const ParameterValues& values) {
         return std::make_unique<XpbdStepper>(static_cast<int>(values.integer("substeps")));
     };

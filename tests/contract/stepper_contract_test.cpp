@@ -342,7 +342,7 @@ TEST(StepperEntry, WhatItDoesNotTakeIsNamed) {
     EXPECT_EQ(why_not_taken(entry, s.topology, output),
               "statue does not take forces held over the tick, which the response asks for");
     output.position_corrections.push_back({.vertex = 0});
-    EXPECT_NE(why_not_taken(entry, s.topology, output).find("position_corrections"), std::string::npos);
+    EXPECT_NE(why_not_taken(entry, s.topology, output).find("position corrections"), std::string::npos);
     output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), 0.0, 1.0, 0.0));
     EXPECT_NE(why_not_taken(entry, s.topology, output).find("contact force laws"), std::string::npos);
     entry.takes_contact_force_laws = entry.takes_position_corrections = entry.takes_held_forces = true;

@@ -32,7 +32,7 @@ Mesh make_mesh(const std::vector<Vector3>& points, const Faces& triangles) {
 
 Mesh cube(const Vector3& low, double edge) { return make_mesh(cube_points(low, Vector3::Constant(edge)), cube_faces); }
 
-Corners corners(const Mesh& mesh, Index t) { return test::corners_of(mesh.triangles, mesh.vertices, t); }
+Corners corners(const Mesh& mesh, Index t) { return corners_of(mesh.triangles, mesh.vertices, t); }
 
 Mesh two_cubes(const Vector3& second_low) {
     std::vector<Vector3> points = cube_points(Vector3::Zero(), Vector3::Ones());

@@ -113,7 +113,7 @@ struct World {
 double distance_one_by_one(const World& world, Range range, const Vector3& p) {
     double square = std::numeric_limits<double>::infinity();
     for (Index t = range.first; t < range.end(); ++t) {
-        const Corners c = test::corners_of(world.topology.triangles, world.frame.position, t);
+        const Corners c = corners_of(world.topology.triangles, world.frame.position, t);
         square = std::min(square, squared_distance_to_triangle(c[0], c[1], c[2], p));
     }
     return std::sqrt(square);

@@ -32,7 +32,7 @@ struct LatticeScene {
         frame.position.resize(3, topology.vertex_count);
         for (Eigen::Index i = 0; i < frame.position.size(); ++i) frame.position(i) = coordinate(random) * 0.1;
     }
-    [[nodiscard]] Corners corners(Index t) const { return test::corners_of(topology.triangles, frame.position, t); }
+    [[nodiscard]] Corners corners(Index t) const { return corners_of(topology.triangles, frame.position, t); }
     Topology topology;
     Frame frame;
 };

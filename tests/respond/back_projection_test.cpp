@@ -35,7 +35,7 @@ std::vector<Attraction> by_brute_force(const ThesisState& state, const Frame& fr
         const double path = std::min(state.settings.n_back * state.dt * v.norm(), state.settings.l_max);
         std::vector<Index> attracted;
         for (const Index t : met) {
-            const equations::Corners corners = corners_of(topology, frame.position, t);
+            const Corners corners = corners_of(topology.triangles, frame.position, t);
             const equations::PathHit hit = equations::path_hit(corners, x - path * v.normalized(), x);
             if (!hit.found) continue;
             const Index vertex = topology.triangles(equations::nearest_corner(corners, hit.point), t);
@@ -78,8 +78,8 @@ void expect_same(const test::Shape& ball, const test::Shape& soup, std::uint32_t
     const Range tool_faces = world.topology.bodies.front().triangles;
     for (Index a = tool_faces.first; a < tool_faces.end(); ++a) {
         for (Index b = tool_faces.end(); b < world.topology.triangle_count(); ++b) {
-            if (!triangles_intersect(corners_of(world.topology, frame.position, a),
-                                     corners_of(world.topology, frame.position, b)))
+            if (!triangles_intersect(corners_of(world.topology.triangles, frame.position, a),
+                                     corners_of(world.topology.triangles, frame.position, b)))
                 continue;
             contacts.pairs.push_back({a, b});
             met.insert(b);

@@ -46,7 +46,7 @@ struct Bone {
     [[nodiscard]] double distance(const Vector3& x) const {
         double least = std::numeric_limits<double>::infinity();
         for (Index t = 0; t < topology.triangle_count(); ++t) {
-            const equations::Corners c = corners_of(topology, position, t);
+            const Corners c = corners_of(topology.triangles, position, t);
             const Vector3 w = closest_point_on_triangle(c, x);
             least = std::min(least, (w[0] * c[0] + w[1] * c[1] + w[2] * c[2] - x).norm());
         }

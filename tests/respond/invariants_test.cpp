@@ -110,7 +110,7 @@ double damper_power(const PairSample& s, double& most) {
         const Vector3 pushed = blend(contact.vertices, contact.weights, s.frame.velocity);
         const bool a_is_pushed = contact.vertices[0] < 3;
         const Vector3 point = blend(contact.vertices, contact.weights, s.frame.position);
-        const equations::Corners other = corners_of(s.topology, s.frame.position, a_is_pushed ? 1 : 0);
+        const Corners other = corners_of(s.topology.triangles, s.frame.position, a_is_pushed ? 1 : 0);
         const Vector3 w = closest_point_on_triangle(other, point);
         Vector3 other_velocity = Vector3::Zero();
         for (int i = 0; i < 3; ++i) {
@@ -340,7 +340,7 @@ double total_stiffness(const std::string& method, int cells) {
         const Vector3 x = loop.frame.position.col(loop.topology.triangles(0, t));
         const Range sheet = loop.topology.bodies[1].triangles;
         for (Index face = sheet.first; face < sheet.end(); ++face) {
-            const equations::Corners c = corners_of(loop.topology, loop.frame.position, face);
+            const Corners c = corners_of(loop.topology.triangles, loop.frame.position, face);
             const Vector3 w = closest_point_on_triangle(c, x);
             if ((w[0] * c[0] + w[1] * c[1] + w[2] * c[2] - x).head<2>().norm() > 1e-12) continue;
             Contact contact;

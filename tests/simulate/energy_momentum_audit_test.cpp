@@ -22,7 +22,7 @@ public:
         if (substeps > 0) scene.materials.substeps = substeps;
         frame = scene.first;
         for (Index v = 0; v < scene.topology.vertex_count; ++v) {
-            if (!is_free(scene.materials, v)) continue;
+            if (!scene.materials.is_free(v)) continue;
             const double x = frame.position(0, v) / 0.06;
             const double y = frame.position(1, v) / 0.06;
             frame.position(2, v) += bump * std::cos(std::numbers::pi * x) * std::cos(std::numbers::pi * y);
@@ -36,7 +36,7 @@ public:
         ResponseOutput unreported;
         unreported.resize(scene.topology.vertex_count, scene.topology.body_count());
         for (Index v = 0; v < scene.topology.vertex_count; ++v) {
-            if (is_free(scene.materials, v)) output.held_force.col(v) = pull;
+            if (scene.materials.is_free(v)) output.held_force.col(v) = pull;
         }
         for (int tick = 0; tick < ticks; ++tick) {
             const Frame seen = frame;
@@ -59,7 +59,7 @@ TEST(EnergyMomentumAudit, PotentialEnergyHasTheForcesAsItsSlope) {
     internal_force(materials, sheet.frame.position, Matrix3X::Zero(3, sheet.frame.position.cols()), force);
     int asked = 0;
     for (Index v = 0; v < sheet.scene.topology.vertex_count; v += 7) {
-        if (!is_free(materials, v)) continue;
+        if (!materials.is_free(v)) continue;
         for (int axis = 0; axis < 3; ++axis) {
             constexpr double step = 1e-6;
             Matrix3X low = sheet.frame.position;
@@ -102,7 +102,7 @@ TEST(EnergyMomentumAudit, AForceThatNobodyReportedIsMissed) {
         double free = 0.0;
         double work = 0.0;  // the sheet is lifted all the time: the path is its end
         for (Index v = 0; v < sheet.scene.topology.vertex_count; ++v) {
-            if (!is_free(sheet.scene.materials, v)) continue;
+            if (!sheet.scene.materials.is_free(v)) continue;
             free += 1.0;
             work += pull.dot(sheet.frame.position.col(v) - sheet.scene.first.position.col(v));
         }

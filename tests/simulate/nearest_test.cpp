@@ -38,7 +38,7 @@ TEST(NearestApproach, OfAToolThatHoversIsTheGapOfItsFile) {
         const Frame& frame = simulation.seen();
         nearest.observe(scene.topology, frame);
         if (frame.tick % 10 != 0) return;
-        const auto corners = [&](Index t) { return test::corners_of(scene.topology.triangles, frame.position, t); };
+        const auto corners = [&](Index t) { return corners_of(scene.topology.triangles, frame.position, t); };
         const Range sheet = body_of(scene, "sheet").triangles;
         const Range tool = body_of(scene, "tool").triangles;
         for (Index s = sheet.first; s < sheet.end(); ++s) {

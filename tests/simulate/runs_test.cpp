@@ -101,7 +101,7 @@ TEST(PassedThrough, IsCountedExactlyWhereTwoShaftsHaveChangedSidesAndTheRunEndsO
 
 /// m, between the two bodies of a scene over all their triangles; 0 where two of them meet.
 double distance_of_two(const Topology& topology, const Matrix3X& position) {
-    const auto corners = [&](Index t) { return test::corners_of(topology.triangles, position, t); };
+    const auto corners = [&](Index t) { return corners_of(topology.triangles, position, t); };
     double least = std::numeric_limits<double>::infinity();
     const Range first = topology.bodies[0].triangles;
     const Range second = topology.bodies[1].triangles;

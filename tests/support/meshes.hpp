@@ -25,10 +25,6 @@ inline Triangles matrix_of(const Faces& faces) {
     return matrix;
 }
 
-inline Corners corners_of(const Triangles& triangles, const Matrix3X& position, Index t) {
-    return {position.col(triangles(0, t)), position.col(triangles(1, t)), position.col(triangles(2, t))};
-}
-
 struct TriangleMesh {
     Matrix3X position;
     Triangles triangles;

@@ -29,7 +29,7 @@ inline double force_at_frame(const Topology& topology, const Frame& frame, doubl
         rate -= contact.face_velocity;
     }
     const double force = -contact.k * gap - contact.mu * rate;
-    const double pressed = contact.adhesive || contact.bilateral() ? force : std::max(force, 0.0);
+    const double pressed = contact.pulls() ? force : std::max(force, 0.0);
     return std::clamp(pressed, -contact.limit, contact.limit);
 }
 

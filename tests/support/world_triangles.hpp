@@ -14,14 +14,10 @@
 namespace trocar::test {
 
 inline Corners corners_of(const World& world, Index triangle) {
-    return corners_of(world.topology.triangles, world.frame.position, triangle);
+    return trocar::corners_of(world.topology.triangles, world.frame.position, triangle);
 }
 
-inline Box box_of(const World& world, Index triangle) {
-    Box box;
-    for (const Vector3& corner : corners_of(world, triangle)) box.add(corner);
-    return box;
-}
+inline Box box_of(const World& world, Index triangle) { return trocar::box_of(corners_of(world, triangle)); }
 
 /// Pairs of triangles of tested bodies that the rational oracle calls meeting, by a double loop.
 inline std::vector<TrianglePair> pairs_of_oracle(const World& world) {

@@ -53,7 +53,7 @@ TissueSample random_tissue(unsigned seed, double damping) {
 double exact_step(const TissueSample& sample) {
     std::vector<Index> free;
     for (Index v = 0; v < sample.topology.vertex_count; ++v) {
-        if (is_free(sample.materials, v)) free.push_back(v);
+        if (sample.materials.is_free(v)) free.push_back(v);
     }
     const auto n = static_cast<Eigen::Index>(3 * free.size());
     Eigen::MatrixXd k(n, n);
@@ -105,7 +105,7 @@ TEST(StepEstimate, TheExactLimitLiesBetweenWhatIsProvenStableAndProvenUnstable) 
             EXPECT_GE(estimate.stable_step, 0.4 * exact) << "row sums are no further off than this";
             EXPECT_EQ(estimate.stable_step_undamped > estimate.stable_step, true) << "drag counts";
             EXPECT_EQ(estimate.substeps_stable, static_cast<int>(std::ceil(1e-3 / estimate.stable_step)));
-            EXPECT_TRUE(is_free(sample.materials, estimate.vertex));
+            EXPECT_TRUE(sample.materials.is_free(estimate.vertex));
             EXPECT_TRUE(estimate.edge[0] == estimate.vertex || estimate.edge[1] == estimate.vertex);
         }
     }
@@ -153,7 +153,7 @@ TEST(StepEstimate, TheIntegratorAgrees) {
             std::vector<Wrench> reaction(1);
             Frame frame = s.frame;
             for (Index v = 0; v < s.topology.vertex_count; ++v) {
-                if (is_free(s.materials, v)) frame.velocity.col(v) = 1e-4 * Vector3::Random();
+                if (s.materials.is_free(v)) frame.velocity.col(v) = 1e-4 * Vector3::Random();
             }
             Outcome outcome;
             for (int tick = 0; tick < 3000 && outcome.ok(); ++tick)

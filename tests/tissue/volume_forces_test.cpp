@@ -145,7 +145,7 @@ TEST(VolumeForces, StiffnessIsTheChangeOfTheForce) {
     constexpr double h = 1e-7;
     const Matrix3X rest = Matrix3X::Zero(3, position.cols());
     for (Index v = 0; v < position.cols(); ++v) {
-        if (!is_free(scene.materials, v)) path.col(v).setZero();
+        if (!scene.materials.is_free(v)) path.col(v).setZero();
     }
     Matrix3X ahead;
     Matrix3X behind;
@@ -153,7 +153,7 @@ TEST(VolumeForces, StiffnessIsTheChangeOfTheForce) {
     internal_force(scene.materials, position - h * path, rest, behind);
     const Matrix3X expected = (behind - ahead) / (2.0 * h);
     for (Index v = 0; v < position.cols(); ++v) {
-        if (!is_free(scene.materials, v)) continue;
+        if (!scene.materials.is_free(v)) continue;
         EXPECT_LT((product.col(v) - expected.col(v)).norm(), 1e-5 * expected.cwiseAbs().maxCoeff()) << v;
     }
 }
