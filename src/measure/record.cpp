@@ -13,7 +13,6 @@
 #include "geometry/json_depth.hpp"
 #include "geometry/number_text.hpp"
 #include "geometry/size_limits.hpp"
-#include "geometry/whole_file.hpp"
 
 namespace trocar {
 namespace {
@@ -427,10 +426,6 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
         known.emplace_back(name);
         reader.read(reader.member(spec, "/spec", name), std::string("/spec/") + name, value);
     });
-    if (!record.spec.mode.empty() && record.spec.mode != file_word(record.spec.mode)) {
-        reader.fail("/spec/mode", "at most 100 letters, digits, _ and - (it names a file)",
-                    Json(record.spec.mode).dump());
-    }
     known.emplace_back("between_ticks");  // written only where it is true
     if (spec.contains("between_ticks")) {
         reader.read(spec["between_ticks"], "/spec/between_ticks", record.spec.between_ticks);
