@@ -60,7 +60,7 @@ TEST(Motion, IsLinearInPositionAndJaw) {
     EXPECT_DOUBLE_EQ(motion.pose_at(1.5).jaw, 0.75);
 }
 
-TEST(Motion, TurnsAsEigensSlerpDoesWhichGoesTheShortWay) {
+TEST(Motion, TurnsAlongTheShorterArcAsEigensSlerp) {
     const std::vector<std::array<Vector3, 2>> turns{{Vector3(20, -130, 45), Vector3(-80, 60, 150)},
                                                     {Vector3(0, 0, 0), Vector3(0, 0, 270)}};
     for (const auto& [from, to] : turns) {
