@@ -74,7 +74,7 @@ std::string interactive(const ScatterChart& chart) {
         series.push_back({{"name", one.name},
                           {"kind", "line"},
                           {"markers", true},
-                          {"size", 10},
+                          {"size", 12},
                           {"color", colour(one.style.colour)},
                           {"symbol", symbol(one.style.shape)},
                           {"points", std::move(points)}});
