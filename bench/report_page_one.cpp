@@ -170,7 +170,7 @@ MarkStyle Writer::mark_of(const std::string& label) {
     const auto found = std::find(marked_.begin(), marked_.end(), label);
     const auto number = static_cast<int>(found - marked_.begin());
     if (found == marked_.end()) marked_.push_back(label);
-    return {.colour = number, .shape = number, .hollow = number >= 8};
+    return mark_style(number);
 }
 
 ScatterChart Writer::chart_over(const std::vector<const CellRecord*>& cells, const std::vector<std::string>& names,

@@ -75,7 +75,7 @@ std::string detection_chart(const Draft& draft, const std::vector<Method>& detec
     for (const Method& detector : detectors) {
         DotChart::Series series;
         series.name = detector.detector;
-        series.style = {.colour = style, .shape = style};
+        series.style = mark_style(style);
         ++style;
         for (const std::string& scene : scenes) {
             const SceneResult* result = draft.results.find(detector, scene);
@@ -121,7 +121,7 @@ void course_charts(Draft& draft, const std::vector<Method>& methods) {
         if (result == nullptr || !result->ok()) continue;
         const Record& record = *result->runs.front().record;
         if (!record.state_hash.empty() && !seen.insert(method.response + record.state_hash).second) continue;
-        LineChart::Line line{.name = method.label(), .colour = style, .dash = style / 8, .points = {}};
+        LineChart::Line line{.name = method.label(), .colour = style, .dash = style, .points = {}};
         ++style;
         LineChart::Line force_line = line;
         // At most 250 points a line: the largest value of each stretch, so that no peak is lost.

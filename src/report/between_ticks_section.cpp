@@ -121,7 +121,9 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
     }
     TableRow chance{.cells = {"one sample per tick, by chance"}};
     TableRow events{.cells = {"contacts"}};
-    LineChart::Line expectation{.name = "one sample per tick, by chance", .colour = 7, .dash = 1, .points = {}};
+    const auto after_all = static_cast<int>(all.size());
+    LineChart::Line expectation{
+        .name = "one sample per tick, by chance", .colour = after_all, .dash = after_all, .points = {}};
     for (const std::size_t bin : bins) {
         const Share& share = first_shares.at(bin);
         chance.cells.push_back(format_number(share.expected / share.events));
@@ -134,7 +136,7 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
     int colour = 0;
     for (const auto& [name, shares] : all) {
         TableRow row{.cells = {code(name)}};
-        LineChart::Line line{.name = name, .colour = colour, .dash = colour % 3, .points = {}};
+        LineChart::Line line{.name = name, .colour = colour, .dash = colour, .points = {}};
         for (const std::size_t bin : bins) {
             const Share& share = shares.at(bin);
             const double missed = share.events > 0.0 ? share.missed / share.events : not_known;

@@ -1,6 +1,7 @@
 #include "report/chart.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -12,15 +13,11 @@
 namespace trocar {
 namespace {
 
-/// Okabe and Ito's palette: eight colours that colour-blind readers can distinguish.
-constexpr std::array<const char*, 8> palette{"#0072b2", "#d55e00", "#009e73", "#cc79a7",
-                                             "#e69f00", "#56b4e9", "#7a5230", "#222222"};
-constexpr std::array<const char*, 4> dashes{"", "6 3", "2 3", "8 3 2 3"};
 constexpr const char* ink = "#1b2027";
 constexpr const char* grid = "#e3e7eb";
 constexpr const char* soft = "#5c6672";
 
-const char* colour_of(int index) { return palette.at(static_cast<std::size_t>(index) % palette.size()); }
+const char* colour_of(int index) { return chart_colours.at(static_cast<std::size_t>(index) % chart_colours.size()); }
 
 /// The drawing under construction; all coordinates in pixels, y down.
 class Canvas {
@@ -71,41 +68,25 @@ public:
         const std::string paint = style.hollow
                                       ? fmt::format("fill=\"#ffffff\" stroke=\"{}\" stroke-width=\"2\"", colour)
                                       : fmt::format("fill=\"{}\" stroke=\"#ffffff\" stroke-width=\"1\"", colour);
-        std::string shape;
-        switch (style.shape % 5) {
-            case 0:
-                shape = fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"6\" {}", x, y, paint);
-                break;
-            case 1:
-                shape = fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"10.5\" height=\"10.5\" {}", x - 5.25,
-                                    y - 5.25, paint);
-                break;
-            case 2:
-                shape = polygon({{x, y - 7}, {x + 6.5, y + 5}, {x - 6.5, y + 5}}, paint);
-                break;
-            case 3:
-                shape = polygon({{x, y - 7.5}, {x + 6.5, y}, {x, y + 7.5}, {x - 6.5, y}}, paint);
-                break;
-            default:
-                shape = polygon({{x, y + 7}, {x + 6.5, y - 5}, {x - 6.5, y - 5}}, paint);
-                break;
+        const auto& outline = mark_outline(style.shape);
+        if (outline.empty()) {
+            out_ += fmt::format("<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"6\" {}", x, y, paint);
+        } else {
+            std::string list;
+            for (const auto& [right, down] : outline) {
+                list += fmt::format("{}{:.1f},{:.1f}", list.empty() ? "" : " ", x + right, y + down);
+            }
+            out_ += fmt::format("<polygon points=\"{}\" {}", list, paint);
         }
-        out_ += shape + (name.empty() ? "/>\n" : "><title>" + escape_xml(name) + "</title></" + tag(style) + ">\n");
+        out_ += name.empty()
+                    ? "/>\n"
+                    : "><title>" + escape_xml(name) + "</title></" + (outline.empty() ? "circle" : "polygon") + ">\n";
     }
     std::string finish() { return out_ + "</svg>\n"; }
 
 private:
     static std::string dash_attribute(const char* dash) {
         return *dash == '\0' ? std::string() : fmt::format(" stroke-dasharray=\"{}\"", dash);
-    }
-    static const char* tag(const MarkStyle& style) {
-        const int shape = style.shape % 5;
-        return shape == 0 ? "circle" : shape == 1 ? "rect" : "polygon";
-    }
-    static std::string polygon(const std::vector<std::pair<double, double>>& points, const std::string& paint) {
-        std::string list;
-        for (const auto& [x, y] : points) list += fmt::format("{}{:.1f},{:.1f}", list.empty() ? "" : " ", x, y);
-        return fmt::format("<polygon points=\"{}\" {}", list, paint);
     }
     std::string out_;
 };
@@ -207,6 +188,52 @@ void draw_limit(Canvas& canvas, double x, double top, double bottom, const std::
 }
 
 }  // namespace
+
+MarkStyle mark_style(int number) {
+    constexpr auto colours = static_cast<int>(chart_colours.size());
+    return {.colour = number % colours, .shape = (number + number / colours) % mark_shape_count};
+}
+
+const std::vector<std::pair<double, double>>& mark_outline(int shape) {
+    static const std::array<std::vector<std::pair<double, double>>, mark_shape_count> outlines{{
+        {},                                                            // circle
+        {{-5.25, -5.25}, {5.25, -5.25}, {5.25, 5.25}, {-5.25, 5.25}},  // square
+        {{0, -7}, {6.5, 5}, {-6.5, 5}},                                // triangle up
+        {{0, -7.5}, {6.5, 0}, {0, 7.5}, {-6.5, 0}},                    // diamond
+        {{0, 7}, {6.5, -5}, {-6.5, -5}},                               // triangle down
+        {{-2, -7}, {2, -7}, {2, -2}, {7, -2}, {7, 2}, {2, 2}, {2, 7}, {-2, 7}, {-2, 2}, {-7, 2}, {-7, -2}, {-2, -2}},
+        {{3.5, -6.4},
+         {6.4, -3.5},
+         {2.8, 0},
+         {6.4, 3.5},
+         {3.5, 6.4},
+         {0, 2.8},  // the same turned: cross
+         {-3.5, 6.4},
+         {-6.4, 3.5},
+         {-2.8, 0},
+         {-6.4, -3.5},
+         {-3.5, -6.4},
+         {0, -2.8}},
+        {{0, -7.5},
+         {1.9, -2.6},
+         {7.1, -2.3},
+         {3, 1},
+         {4.4, 6.1},  // star
+         {0, 3.2},
+         {-4.4, 6.1},
+         {-3, 1},
+         {-7.1, -2.3},
+         {-1.9, -2.6}},
+        {{-6, -6.5}, {6, -6.5}, {1, 0}, {6, 6.5}, {-6, 6.5}, {-1, 0}},  // hourglass
+        {{-5, -6.5}, {7, 0}, {-5, 6.5}},                                // triangle to the right
+    }};
+    return outlines.at(static_cast<std::size_t>(shape) % outlines.size());
+}
+
+const std::vector<double>& line_dash(int number) {
+    static const std::array<std::vector<double>, 4> dashes{{{}, {6, 3}, {2, 3}, {8, 3, 2, 3}}};
+    return dashes.at(static_cast<std::size_t>(number) % dashes.size());
+}
 
 std::string draw(const ScatterChart& chart) {
     constexpr double width = 1100;
@@ -473,7 +500,8 @@ std::string draw(const LineChart& chart) {
     canvas.text_upright(18, (top + bottom) / 2, chart.y_title);
     double legend = top + 12;
     for (const LineChart::Line& line : chart.lines) {
-        const char* dash = dashes.at(static_cast<std::size_t>(line.dash) % dashes.size());
+        const std::string dashes = fmt::format("{:g}", fmt::join(line_dash(line.dash), " "));
+        const char* const dash = dashes.c_str();
         std::vector<std::pair<double, double>> piece;
         for (const auto& [px, py] : line.points) {
             if (!std::isfinite(py)) {

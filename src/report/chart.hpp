@@ -1,6 +1,7 @@
 // Charts of a report as SVG text. Equal numbers give equal bytes on every machine. Every mark has a tooltip.
 #pragma once
 
+#include <array>
 #include <limits>
 #include <optional>
 #include <string>
@@ -9,12 +10,23 @@
 
 namespace trocar {
 
+/// Ten colours that colour-blind readers can distinguish: M. A. Petroff, Accessible Color Sequences for Data
+/// Visualization, arXiv:2107.02270, 2021. The script has the same list (src/web/source/charts.js).
+inline constexpr std::array<const char*, 10> chart_colours{"#3f90da", "#ffa90e", "#bd1f01", "#94a4a2", "#832db6",
+                                                           "#a96b59", "#e76300", "#b9ac70", "#717581", "#92dadd"};
+inline constexpr int mark_shape_count = 10;
+
 /// Marks differ by colour and shape, so that black-and-white prints stay readable.
 struct MarkStyle {
-    int colour = 0;  ///< index into a colour-blind-safe palette
-    int shape = 0;   ///< circle, square, triangle, diamond, cross …
+    int colour = 0;  ///< index into chart_colours
+    int shape = 0;   ///< index of a mark_outline
     bool hollow = false;
 };
+/// Mark of the series of that number. The first ten have colours and shapes of their own, and no two of the first
+/// hundred share both.
+MarkStyle mark_style(int number);
+/// Corners of a shape around (0, 0), in pixels, y down; empty: a circle.
+const std::vector<std::pair<double, double>>& mark_outline(int shape);
 
 struct ChartPoint {
     double x = 0.0;
@@ -78,12 +90,15 @@ struct BarChart {
 };
 std::string draw(const BarChart& chart);
 
+/// Pixels drawn and left out in turn; empty: a full line.
+const std::vector<double>& line_dash(int number);
+
 /// Lines over a common linear x; NaN breaks a line.
 struct LineChart {
     struct Line {
         std::string name;
-        int colour = 0;
-        int dash = 0;
+        int colour = 0;  ///< index into chart_colours
+        int dash = 0;    ///< number of a line_dash
         std::vector<std::pair<double, double>> points;
     };
     std::string x_title;

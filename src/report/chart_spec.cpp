@@ -2,7 +2,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -31,6 +30,15 @@ Json axis(const std::string& title, bool log) {
     return result;
 }
 
+const char* colour(int index) { return chart_colours.at(static_cast<std::size_t>(index) % chart_colours.size()); }
+
+/// ECharts' name of a mark.
+std::string symbol(int shape) {
+    std::string path;
+    for (const auto& [x, y] : mark_outline(shape)) path += fmt::format("{}{:g} {:g}", path.empty() ? "M" : "L", x, y);
+    return path.empty() ? "circle" : "path://" + path + "Z";
+}
+
 }  // namespace
 
 std::string interactive(const ScatterChart& chart) {
@@ -56,7 +64,6 @@ std::string interactive(const ScatterChart& chart) {
     // Room for a rail of its own at either end.
     const double bottom = low / (any_zero ? 5.0 : 1.5);
     const double top = high * (any_failed ? 3.0 : 1.5);
-    constexpr std::array<const char*, 5> symbols{"circle", "rect", "triangle", "diamond", "roundRect"};
     Json series = Json::array();
     for (const ChartSeries& one : chart.series) {
         Json points = Json::array();
@@ -67,8 +74,9 @@ std::string interactive(const ScatterChart& chart) {
         series.push_back({{"name", one.name},
                           {"kind", "line"},
                           {"markers", true},
-                          {"size", 10},
-                          {"symbol", symbols.at(static_cast<std::size_t>(one.style.shape) % symbols.size())},
+                          {"size", 12},
+                          {"color", colour(one.style.colour)},
+                          {"symbol", symbol(one.style.shape)},
                           {"points", std::move(points)}});
     }
     Json lines = Json::array();
@@ -94,7 +102,8 @@ std::string interactive(const LineChart& chart) {
             if (chart.steps && i > 0) points.push_back({short_number(x), points.back()[1]});
             points.push_back({short_number(x), short_number(y)});
         }
-        series.push_back({{"name", line.name}, {"kind", "line"}, {"dashed", line.dash > 0}, {"points", points}});
+        series.push_back({{"name", line.name}, {"kind", "line"}, {"color", colour(line.colour)}, {"points", points}});
+        if (const auto& dash = line_dash(line.dash); !dash.empty()) series.back()["dash"] = dash;
     }
     return Json{{"x", axis(chart.x_title, chart.log_x)},
                 {"y", axis(chart.y_title, false)},

@@ -23,8 +23,8 @@ std::string html_inline(const std::string& text) {
                         [](const std::string& code) { return "<code>" + escape_xml(code) + "</code>"; });
 }
 
-/// The text of a cell with places where a long name may break: behind "," and ":", and behind "_" where the name has
-/// more than 17 characters or heads a column.
+/// The text of a cell with places where a long name may break: behind "," and ":", and behind "_" and "=" where the
+/// name has more than 17 characters or heads a column.
 std::string breakable(const std::string& text, bool header) {
     const auto letter = [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; };
     const auto in_name = [](char c) {
@@ -36,7 +36,7 @@ std::string breakable(const std::string& text, bool header) {
         const bool breaks = header || end - at > 17;
         for (; at != end; ++at) {
             out += *at;
-            if (breaks && *at == '_' && at + 1 != end) out += "<wbr>";
+            if (breaks && (*at == '_' || *at == '=') && at + 1 != end) out += "<wbr>";
         }
         if (at == text.end()) break;
         out += *at++;

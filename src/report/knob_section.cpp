@@ -366,8 +366,7 @@ ScatterChart drawing_of(const Chart& chart, const KnobPanel& panel) {
         if (std::isnan(mark.time) || std::isnan(error)) continue;
         if (drawing.series.empty() || drawing.series.back().name != mark.curve) {
             const int style = static_cast<int>(drawing.series.size());
-            drawing.series.push_back(
-                {.name = mark.curve, .style = {.colour = style, .shape = style}, .points = {}, .connected = true});
+            drawing.series.push_back({.name = mark.curve, .style = mark_style(style), .points = {}, .connected = true});
         }
         drawing.series.back().points.push_back(
             {.x = mark.time,

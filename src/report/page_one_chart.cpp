@@ -27,8 +27,7 @@ ScatterChart depth_against_time(const std::vector<ResponseRow>& rows) {
         const auto [place, is_new] = series.emplace(row.method(), chart.series.size());
         if (is_new) {
             const int number = static_cast<int>(chart.series.size());
-            chart.series.push_back(
-                {.name = row.method(), .style = {.colour = number, .shape = number % 5}, .points = {}});
+            chart.series.push_back({.name = row.method(), .style = mark_style(number), .points = {}});
         }
         const Method& who = row.who.front();
         const std::size_t colon = who.response.find(':');

@@ -240,7 +240,7 @@ void add_work_profile(Draft& draft) {
         }
         LineChart::Line line{.name = detectors[d].detector,
                              .colour = static_cast<int>(d),
-                             .dash = static_cast<int>(d) % 4,
+                             .dash = static_cast<int>(d),
                              .points = {{1.0, 0.0}}};
         double share = 0.0;
         for (const double factor : factors[d]) {

@@ -3,8 +3,15 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <nlohmann/json.hpp>
 #include <regex>
+#include <set>
+
+#include "support/program.hpp"
+#include "web/web.hpp"
 
 namespace trocar {
 namespace {
@@ -202,6 +209,89 @@ TEST(Charts, EveryWordStandsWithinTheDrawingHoweverManyThereAre) {
             }
         }
     }
+}
+
+/// CIE 1976 L*a*b* of "#rrggbb" (sRGB, white D65), as in CIE 15 and IEC 61966-2-1.
+std::array<double, 3> lab_of(const std::string& colour) {
+    std::array<double, 3> linear{};
+    for (std::size_t i = 0; i < 3; ++i) {
+        const double value = std::stoi(colour.substr(1 + 2 * i, 2), nullptr, 16) / 255.0;
+        linear.at(i) = value <= 0.04045 ? value / 12.92 : std::pow((value + 0.055) / 1.055, 2.4);
+    }
+    const auto [r, g, b] = linear;
+    const auto f = [](double t) { return t > 216.0 / 24389.0 ? std::cbrt(t) : (24389.0 / 27.0 * t + 16.0) / 116.0; };
+    const double x = f((0.4124564 * r + 0.3575761 * g + 0.1804375 * b) / 0.95047);
+    const double y = f(0.2126729 * r + 0.7151522 * g + 0.0721750 * b);
+    const double z = f((0.0193339 * r + 0.1191920 * g + 0.9503041 * b) / 1.08883);
+    return {116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)};
+}
+
+double distance(const std::string& one, const std::string& other) {
+    const auto [l1, a1, b1] = lab_of(one);
+    const auto [l2, a2, b2] = lab_of(other);
+    return std::hypot(l1 - l2, a1 - a2, b1 - b2);
+}
+
+TEST(Marks, TenColoursStandApartFromEachOtherAndFromPaper) {
+    EXPECT_NEAR(distance("#000000", "#ffffff"), 100.0, 0.01);
+    EXPECT_NEAR(lab_of("#ff0000")[1], 80.1, 0.1);  // red of sRGB: L* 53.2, a* 80.1, b* 67.2
+    ASSERT_EQ(chart_colours.size(), 10U);
+    for (std::size_t i = 0; i < chart_colours.size(); ++i) {
+        EXPECT_GT(distance(chart_colours.at(i), "#ffffff"), 25.0) << chart_colours.at(i);
+        for (std::size_t j = 0; j < i; ++j) {
+            EXPECT_GT(distance(chart_colours.at(i), chart_colours.at(j)), 15.0)
+                << chart_colours.at(i) << " and " << chart_colours.at(j);
+        }
+    }
+}
+
+TEST(Marks, TheFirstTenShareNeitherColourNorShapeAndTheFirstHundredNotBoth) {
+    std::set<int> colours;
+    std::set<std::vector<std::pair<double, double>>> shapes;
+    std::set<std::pair<int, int>> both;
+    for (int number = 0; number < 100; ++number) {
+        const MarkStyle style = mark_style(number);
+        both.emplace(style.colour, style.shape);
+        if (number >= 10) continue;
+        colours.insert(style.colour);
+        shapes.insert(mark_outline(style.shape));
+    }
+    EXPECT_EQ(colours.size(), 10U);
+    EXPECT_EQ(shapes.size(), 10U);
+    EXPECT_EQ(both.size(), 100U);
+}
+
+TEST(Marks, TheScriptHasTheSameColours) {
+    std::string list;
+    for (const char* colour : chart_colours) list += (list.empty() ? "\"" : ",\"") + std::string(colour) + "\"";
+    EXPECT_NE(web::charts_script().find("[" + list + "]"), std::string_view::npos);
+    EXPECT_NE(web::viewer_script().find("[" + list + "]"), std::string_view::npos);
+    std::string source = test::read_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "src/web/source/charts.js");
+    std::erase_if(source, [](char c) { return c == ' ' || c == '\n'; });
+    EXPECT_NE(source.find("palette=[" + list + ",]"), std::string::npos);
+}
+
+TEST(Marks, TheInteractiveChartHasThoseOfTheDrawing) {
+    ScatterChart scatter;
+    LineChart lines;
+    for (int number = 0; number < 10; ++number) {
+        scatter.series.push_back(
+            {.name = "s", .style = mark_style(number), .points = {{.x = 1, .y = 1, .name = "p", .label = ""}}});
+        lines.lines.push_back({.name = "l", .colour = number, .dash = number, .points = {{1.0, 1.0}, {2.0, 1.0}}});
+    }
+    const auto marks = nlohmann::json::parse(interactive(scatter)).at("series");
+    const auto dashes = nlohmann::json::parse(interactive(lines)).at("series");
+    const std::string drawn = draw(lines);
+    std::set<std::string> symbols;
+    for (std::size_t i = 0; i < 10; ++i) {
+        EXPECT_EQ(marks.at(i).at("color"), chart_colours.at(i));
+        symbols.insert(marks.at(i).at("symbol").get<std::string>());
+        EXPECT_EQ(dashes.at(i).at("color"), chart_colours.at(i));
+        EXPECT_NE(drawn.find("stroke=\"" + std::string(chart_colours.at(i)) + "\""), std::string::npos);
+    }
+    EXPECT_EQ(symbols.size(), 10U);
+    EXPECT_FALSE(dashes.at(0).contains("dash"));
+    EXPECT_NE(dashes.at(1).at("dash"), dashes.at(2).at("dash"));
 }
 
 }  // namespace

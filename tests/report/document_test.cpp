@@ -54,6 +54,23 @@ TEST(Html, EscapesEverythingThatIsNotMarkup) {
     EXPECT_NE(text.find("<tr class=\"dominated\">"), std::string::npos);
 }
 
+TEST(Html, LongNamesBreakInTablesAlone) {
+    Document document;
+    document.blocks.emplace_back(Paragraph{.text = "`one:first=1,second_of_all_values=2`"});
+    document.blocks.emplace_back(
+        Table{.caption = "t",
+              .columns = {{"`a_b`", false}},
+              .rows = {{.cells = {"`one:first=1,second_of_all_values=2` at 12:30"}}, {.cells = {"short_name"}}},
+              .note = ""});
+    const std::string text = to_html(document);
+    EXPECT_NE(text.find("<p><code>one:first=1,second_of_all_values=2</code></p>"), std::string::npos);
+    EXPECT_NE(text.find("<th><code>a_<wbr>b</code></th>"), std::string::npos);
+    EXPECT_NE(text.find("<td><code>one:<wbr>first=1,<wbr>second_<wbr>of_<wbr>all_<wbr>values=<wbr>2</code> at 12:30"),
+              std::string::npos)
+        << text;
+    EXPECT_NE(text.find("<td>short_name</td>"), std::string::npos);
+}
+
 TEST(Csv, QuotesFieldsThatNeedIt) {
     EXPECT_EQ(csv_field("plain"), "plain");
     EXPECT_EQ(csv_field("a,b"), "\"a,b\"");

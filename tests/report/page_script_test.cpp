@@ -11,23 +11,27 @@
 namespace trocar {
 namespace {
 
-/// Runs `probe` after the page's own script and gives back what it put into the page's title.
+/// Runs `probe` in the folder's copy of a page, after its own script, in a window of 1400 px. Gives back what it put
+/// into the page's title.
+std::string title_of(std::string page, const std::string& probe, const test::TemporaryFolder& folder) {
+    page.insert(page.find("</body>"), "<script>" + probe + "</script>");
+    std::ofstream(folder.path() / "probe.html") << page;
+    const std::string command =
+        "chromium --headless=new --no-sandbox --disable-gpu --user-data-dir=" + (folder.path() / "browser").string() +
+        " --window-size=1400,3000 --virtual-time-budget=2000 --dump-dom file://" +
+        (folder.path() / "probe.html").string() + " > " + (folder.path() / "dom").string() + " 2> /dev/null";
+    if (std::system(command.c_str()) != 0) return "the browser failed";
+    const std::string dom = test::read_file(folder.path() / "dom");
+    const std::size_t from = dom.find("<title>") + 7;
+    return dom.substr(from, dom.find("</title>") - from);
+}
+
 std::string title_after(const std::vector<Record>& records, const std::string& probe) {
     const test::TemporaryFolder folder;
     const Report report = make_report(records);
     std::filesystem::create_directories(folder.path() / "charts");
     for (const auto& [name, content] : report.files) std::ofstream(folder.path() / name) << content;
-    std::string page = report.files.at("report.html");
-    page.insert(page.find("</body>"), "<script>" + probe + "</script>");
-    std::ofstream(folder.path() / "probe.html") << page;
-    const std::string command =
-        "chromium --headless=new --no-sandbox --disable-gpu --user-data-dir=" + (folder.path() / "browser").string() +
-        " --virtual-time-budget=2000 --dump-dom file://" + (folder.path() / "probe.html").string() + " > " +
-        (folder.path() / "dom").string() + " 2> /dev/null";
-    if (std::system(command.c_str()) != 0) return "the browser failed";
-    const std::string dom = test::read_file(folder.path() / "dom");
-    const std::size_t from = dom.find("<title>") + 7;
-    return dom.substr(from, dom.find("</title>") - from);
+    return title_of(report.files.at("report.html"), probe, folder);
 }
 
 bool no_browser() { return std::system("command -v chromium > /dev/null 2>&1") != 0; }
@@ -91,6 +95,26 @@ TEST(PageScript, EveryRowHasACommandAndHeadersOfFiguresAreExplained) {
             document.querySelectorAll("tbody tr").length &&
             document.querySelector("th:nth-child(3) abbr").title.indexOf("residual_penetration_max_m in m") > 0;)"),
               "true");
+}
+
+TEST(PageScript, NoTableOfAPublishedReportIsWiderThanThePage) {
+    if (no_browser()) GTEST_SKIP() << "no chromium";
+    int pages = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(TROCAR_SOURCE_DIR "/reports")) {
+        const std::filesystem::path page = entry.path() / "report.html";
+        if (!std::filesystem::exists(page)) continue;
+        ++pages;
+        const test::TemporaryFolder folder;
+        EXPECT_EQ(title_of(test::read_file(page), R"(
+            document.querySelectorAll("details").forEach(function (part) { part.open = true; });
+            document.title = Array.from(document.querySelectorAll("main table")).filter(function (table) {
+                return table.parentNode.scrollWidth > table.parentNode.clientWidth;
+            }).map(function (table) { return table.tHead.textContent; }).join("; ");)",
+                           folder),
+                  "")
+            << page;
+    }
+    EXPECT_GT(pages, 5);
 }
 
 }  // namespace

@@ -2,8 +2,11 @@
 // the replay page and by report.html alike; each entry says which parts of ECharts it needs.
 import * as echarts from "echarts/core";
 
-// Okabe and Ito's colours, told apart by colour-blind readers too; the pale yellow is left out on white.
-export const palette = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#000000"];
+// Ten colours that colour-blind readers can distinguish: M. A. Petroff, Accessible Color Sequences for Data
+// Visualization, arXiv:2107.02270, 2021. The same list as in src/report/chart.hpp.
+export const palette = [
+  "#3f90da", "#ffa90e", "#bd1f01", "#94a4a2", "#832db6", "#a96b59", "#e76300", "#b9ac70", "#717581", "#92dadd",
+];
 
 // A number as a person reads it: three digits, an exponent only where nothing else is short.
 export function number(value) {
@@ -63,8 +66,9 @@ export function chartOption(spec) {
     data: one.points,
     color: one.color ?? palette[k % palette.length],
     symbol: one.symbol ?? (one.kind === "scatter" || one.markers ? "circle" : "none"),
+    symbolKeepAspect: true,
     symbolSize: one.size ?? 8,
-    lineStyle: { width: one.width ?? 1.5, type: one.dashed ? "dashed" : "solid" },
+    lineStyle: { width: one.width ?? 1.5, type: one.dash ?? "solid" },
     connectNulls: false,
     emphasis: { focus: spec.series.length > 1 ? "series" : "none" },
     z: one.z ?? 2,

@@ -142,7 +142,7 @@ class Page {
       x, y: { name: "force on the tool", unit: "N", zero: true }, tooltip: "axis", lines: [],
       series: [
         ...view.references.filter((one) => one.force).map((one) => ({
-          name: one.name, dashed: !one.solid, color: one.solid ? "#a3a9b2" : "#111", width: one.solid ? 3 : 1.3, z: one.solid ? 1 : 4,
+          name: one.name, dash: one.solid ? undefined : [6, 3], color: one.solid ? "#a3a9b2" : "#111", width: one.solid ? 3 : 1.3, z: one.solid ? 1 : 4,
           points: curve(null, one.force, 1) })),
         ...view.runs.map((run, k) => ({ name: run.label, color: palette[k % palette.length], points: curve(run, run.magnitude, 1) })),
       ],
