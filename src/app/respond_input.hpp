@@ -13,13 +13,13 @@
 #include <vector>
 
 #include "app/respond_laws.hpp"
+#include "geometry/exact.hpp"
 #include "geometry/input_error.hpp"
 #include "respond/equations.hpp"
 
 namespace trocar::app {
 
 using Json = nlohmann::ordered_json;
-using Corners;
 
 inline constexpr double unset = std::numeric_limits<double>::quiet_NaN();
 

@@ -16,7 +16,7 @@ namespace {
 constexpr double contact_offset = 2e-4;
 constexpr std::size_t most_planes = 16;
 
-Box box_of(const Topology& topology, const Matrix3X& position, Index triangle) {
+Box box_of_triangle(const Topology& topology, const Matrix3X& position, Index triangle) {
     return box_of(corners_of(topology.triangles, position, triangle));
 }
 
@@ -74,7 +74,7 @@ void GodObject::collect_candidates(const Topology& topology, const Matrix3X& pos
     box.add(centre + Vector3::Constant(extent));
     candidates_.clear();
     for (const Index t : near) {
-        if (box_of(topology, position, t).overlaps(box)) candidates_.push_back(t);
+        if (box_of_triangle(topology, position, t).overlaps(box)) candidates_.push_back(t);
     }
 }
 
@@ -305,14 +305,15 @@ void TipProxies::collect_around(const Topology& topology, const Frame& frame, co
                 body == tip.body || (!instrument.empty() && topology.bodies[at(body)].instrument == instrument);
             if (!same || reached_[at(pair.b)] == search_) continue;
             add(pair.b);
-            between.add(box_of(topology, frame.position, pair.b));
+            between.add(box_of_triangle(topology, frame.position, pair.b));
         }
     }
     // around_ grows during the loop.
     for (std::size_t i = 0; i < around_.size(); ++i) {  // NOLINT(modernize-loop-convert)
         for (int corner = 0; corner < 3; ++corner) {
             for (const Index t : surface_.triangles_at(topology.triangles(corner, around_[i]))) {
-                if (reached_[at(t)] != search_ && box_of(topology, frame.position, t).overlaps(between)) add(t);
+                if (reached_[at(t)] != search_ && box_of_triangle(topology, frame.position, t).overlaps(between))
+                    add(t);
             }
         }
     }
