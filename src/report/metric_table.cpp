@@ -99,7 +99,10 @@ Table table_of(const Draft& draft, const MetricTable& content) {
     Table table{.caption = content.caption, .columns = {}, .rows = {}, .note = content.note, .folded = content.folded};
     if (by_motion) table.columns.push_back({"class", false});
     table.columns.push_back({"scene", false});
-    table.columns.push_back({content.mode == "replay" ? "detector" : "detector + response (contact generator)", false});
+    table.columns.push_back({content.mode == "replay"        ? "detector"
+                             : content.mode == "closed_loop" ? "detector + response (contact generator)"
+                                                             : "detector + response",
+                             false});
     for (const MetricColumn& column : content.columns) table.columns.push_back({column.header, true, column.metric});
 
     const std::vector<Method> methods = draft.results.methods(content.mode);

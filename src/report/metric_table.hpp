@@ -1,4 +1,4 @@
-// A table of a report as data: the runs that it holds, its rows, and columns of metrics. docs/REPORTS.md has the recipe
+// A table of a report as data: the runs that it holds, its rows, and columns of metrics. docs/RECIPES.md has the recipe
 // for a section.
 #pragma once
 

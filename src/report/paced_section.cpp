@@ -58,9 +58,11 @@ MetricTable paced_table(const Draft& draft, bool on_page_one) {
     add_behind({.header = "max (µs)", .metric = Metric::paced_max_ns, .processes = highest, .scale = us});
     add(misses("deadline misses", Metric::paced_misses));
     add_behind({.header = "longest burst (ticks)", .metric = Metric::paced_burst, .processes = highest, .count = true});
-    add_behind(
-        {.header = "empty loop: p50 (µs)", .metric = Metric::empty_median_ns, .processes = interval, .scale = us});
-    add_behind({.header = "empty loop: max (µs)", .metric = Metric::empty_max_ns, .processes = highest, .scale = us});
+    add_behind({.header = "empty loop: p50 / max (µs)",
+                .metric = Metric::empty_median_ns,
+                .second = Metric::empty_max_ns,
+                .processes = highest,
+                .scale = us});
     add(misses("empty loop: misses", Metric::empty_misses));
     if (!draft.reference.empty()) {
         add({.header = "tick / update and detect of " + code(draft.reference) + ", p50",

@@ -215,7 +215,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     const std::int64_t repetitions = root.has("repetitions") ? count_of(root.at("repetitions")) : 1;
     if (root.has("time_limit_s")) study.time_limit_s = root.at("time_limit_s").positive();
     if (root.has("quotes")) study.quotes = root.at("quotes").text();
-    study.device = root.has("device") ? read_device_of(root.at("device")) : text_of({});
+    study.device = root.has("device") ? read_device_of(root.at("device")) : text_of(TipSettings{});
 
     for (const JsonNode& item : items_of(root.at("experiments"))) {
         study.experiments.push_back(read_experiment(item, files, repetitions));

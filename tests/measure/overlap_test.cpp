@@ -6,14 +6,12 @@
 #include <numbers>
 #include <vector>
 
-#include "support/meshes.hpp"
-
 namespace trocar {
 namespace {
 
 struct Solid {
     std::vector<Vector3> points;
-    test::Faces faces;
+    std::vector<std::array<Index, 3>> faces;
 
     void add(const Solid& other) {
         const auto base = static_cast<Index>(points.size());
@@ -22,7 +20,16 @@ struct Solid {
     }
 };
 
-Solid block(const Vector3& low, const Vector3& high) { return {test::cube_points(low, high - low), test::cube_faces}; }
+Solid block(const Vector3& low, const Vector3& high) {
+    Solid solid;
+    for (int i = 0; i < 8; ++i) {
+        solid.points.emplace_back((i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
+                                  (i & 4) != 0 ? high.z() : low.z());
+    }
+    solid.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                   {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    return solid;
+}
 
 /// Rings of latitude, fine enough that the ball's volume is 0.2 % off.
 Solid ball(const Vector3& centre, double radius) {
@@ -55,12 +62,19 @@ Solid ball(const Vector3& centre, double radius) {
 Overlap overlap_of(const Solid& a, const Solid& b) {
     std::vector<Body> bodies;
     Matrix3X position(3, static_cast<Eigen::Index>(a.points.size() + b.points.size()));
-    position << test::matrix_of(a.points), test::matrix_of(b.points);
+    Eigen::Index column = 0;
     for (const Solid* solid : {&a, &b}) {
+        Triangles triangles(3, static_cast<Eigen::Index>(solid->faces.size()));
+        for (std::size_t t = 0; t < solid->faces.size(); ++t) {
+            for (int corner = 0; corner < 3; ++corner) {
+                triangles(corner, static_cast<Eigen::Index>(t)) = solid->faces[t].at(static_cast<std::size_t>(corner));
+            }
+        }
         bodies.push_back({.name = solid == &a ? "a" : "b",
                           .kind = BodyKind::instrument,
                           .vertex_count = static_cast<Index>(solid->points.size()),
-                          .triangles = test::matrix_of(solid->faces)});
+                          .triangles = triangles});
+        for (const Vector3& p : solid->points) position.col(column++) = p;
     }
     OverlapTruth truth;
     return truth.measure(make_topology(bodies), position, 0, 1);
