@@ -2,6 +2,7 @@
 // that is computed, stored or printed is an enumerator, so that a wrong name does not compile.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -18,11 +19,13 @@ enum class Metric : std::uint16_t {
 #undef TROCAR_METRIC
 };
 
-#define TROCAR_METRIC(name, unit, better, source, meaning) +1
-inline constexpr std::size_t metric_count = 0
+/// Keys of files, in printing order.
+inline constexpr std::array metric_names{
+#define TROCAR_METRIC(name, unit, better, source, meaning) std::string_view(#name),
 #include "measure/metrics.def"
-    ;
 #undef TROCAR_METRIC
+};
+inline constexpr std::size_t metric_count = metric_names.size();
 
 enum class Better : std::uint8_t { lower, higher, neither };
 std::string_view name_of(Better better);
