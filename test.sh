@@ -3,7 +3,8 @@
 #   ./test.sh          the release tests: what ./run.sh built, and the tests themselves, without the long ones
 #   ./test.sh checks   the long release tests, and what costs builds of its own: bare build, contract tests under ASan and
 #                      UBSan, format, tidy on what changed
-#   ./test.sh full     both, with every file tidied, all tests under ASan, clang, TSan and a minute of every fuzz target
+#   ./test.sh full     both with the optional baselines, every file tidied, all tests under ASan, clang, TSan and a minute
+#                      of every fuzz target
 #   ./test.sh fuzz MINUTES [TARGET…]   every reader and `run` on mutated inputs, MINUTES each (tests/fuzz)
 #   ./test.sh mutants [N] [--seed S …]   would the tests notice? N one-line changes of the product, one after the other
 #                      (hours; tests/mutation/mutants.py --help)
@@ -96,7 +97,7 @@ fuzz() {
 }
 
 install_missing "${base_packages[@]}"
-[ "$mode" != full ] || install_missing "${full_packages[@]}"
+[ "$mode" != full ] || install_missing "${full_packages[@]}" "${baseline_packages[@]}"
 [ "$mode" != fuzz ] || install_missing "${fuzz_packages[@]}"
 find_data
 started=$SECONDS

@@ -65,7 +65,7 @@ struct BodyTree {
 /// The library adds one unit around the box of the build.
 constexpr double library_bound_margin = 1.0;
 
-void build(const Topology& topology, const Frame& frame, BodyTree& body) {
+void build(const Frame& frame, BodyTree& body) {
     const Box box = baselines::box_of_body(frame, body.boxes.body());
     const double extent = (box.max - box.min).maxCoeff() + 2.0 * library_bound_margin;
     body.inflation = 2.0 * extent / 65535.0;
@@ -84,7 +84,7 @@ public:
         if (!is_answerable(*topology_, frame)) return;
         for (const BodyRange& body : topology.bodies) {
             bodies_.push_back(std::make_unique<BodyTree>(topology, body));
-            if (body.triangles.count > 0) build(topology, frame, *bodies_.back());
+            if (body.triangles.count > 0) build(frame, *bodies_.back());
         }
     }
 
@@ -105,7 +105,7 @@ public:
                 body->boxes.examine(frame, body->inflation);
                 body->tree.update();
             } else {
-                build(*topology_, frame, *body);
+                build(frame, *body);
             }
         }
     }

@@ -72,9 +72,9 @@ void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
     double false_positives = 0;
     double near = not_known;
     double proximity_false_negatives = not_known;
-    std::vector<double> reaches;
+    std::vector<double> query_distances;
     for (const StepRow& row : rows) {
-        if (row.query_distance > 0.0) reaches.push_back(row.query_distance);
+        if (row.query_distance > 0.0) query_distances.push_back(row.query_distance);
         if (row.true_proximity_pairs >= 0) {
             near = (std::isnan(near) ? 0.0 : near) + static_cast<double>(row.true_proximity_pairs);
             proximity_false_negatives = (std::isnan(proximity_false_negatives) ? 0.0 : proximity_false_negatives) +
@@ -109,8 +109,8 @@ void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
     figures[Metric::false_negatives] = known ? false_negatives : not_known;
     figures[Metric::false_negatives_touch] = known ? false_negatives_touch : not_known;
     figures[Metric::false_positives] = known ? false_positives : not_known;
-    figures[Metric::query_distance_median_m] = median(reaches);
-    figures[Metric::query_distance_max_m] = reaches.empty() ? not_known : largest(reaches);
+    figures[Metric::query_distance_median_m] = median(query_distances);
+    figures[Metric::query_distance_max_m] = query_distances.empty() ? not_known : largest(query_distances);
     figures[Metric::true_proximity_pairs] = near;
     figures[Metric::proximity_false_negatives] = proximity_false_negatives;
     figures[Metric::precision] = precision;

@@ -18,7 +18,7 @@ namespace trocar {
 struct RunSpec {
     std::string study;
     std::string mode;                        ///< "replay" | "closed_loop" | "work_precision" | "paced" |
-                                             ///< "cost_by_size" | "hard_case" | "metamorphic test"
+                                             ///< "cost_by_size" | "hard_case" | "metamorphic"
     std::string scene;                       ///< scene name
     std::string scene_file;                  ///< relative to the study file
     std::string scene_hash;                  ///< 16 hex digits

@@ -1,16 +1,6 @@
 // Stored reference of a closed-loop scene (STUDIES "Reference for the closed loop"), and the errors of a run against
 // it. Holds force and motion from an implicit solver of the same springs, with hard contact and with the scene's
 // contact stiffness, and their error bounds. Uses no detector, response or contact.
-//
-// Summary figures of every closed-loop record (NaN = no reference, see environment "reference.hard" and
-// "reference.equal_k"):
-// - force_error_rms_equal_k, force_error_worst_equal_k: N, tool force below 30 Hz, length of the vector difference
-// - impulse_error_worst_equal_k: N s, per 10 ms, length of the vector difference
-// - position_error_rms_equal_k, position_error_worst_equal_k: m, of the stored tissue vertices or operators
-// - force_bound_equal_k: N, error bound of the reference itself
-// - the same six with _hard in place of _equal_k
-// - reference_clears_hard: 1 if the hard reference stays within the strain limit, else 0; known also for scenes whose
-//   force has no reference
 #pragma once
 
 #include <array>
@@ -105,19 +95,20 @@ FoundReference find_reference(const Scene& scene);
 /// A report's clause on one law: orders and bound, or the reason for no reference.
 std::string text_of(const ReferenceSolution& solution);
 
-/// Errors of one run against the reference; NaN without one. Forces are below 30 Hz.
+/// Errors of one run against the reference; NaN without one (environment "reference.equal_k", "reference.hard"). Forces
+/// are below 30 Hz, and differences are lengths of vectors.
 struct ReferenceErrors {
     struct Law {
         double force_rms = ReferenceSolution::unset;       ///< N
         double force_worst = ReferenceSolution::unset;     ///< N
         double impulse_worst = ReferenceSolution::unset;   ///< N s, over 10 ms
-        double position_rms = ReferenceSolution::unset;    ///< m
+        double position_rms = ReferenceSolution::unset;    ///< m, of the stored tissue vertices or operators
         double position_worst = ReferenceSolution::unset;  ///< m
         double force_bound = ReferenceSolution::unset;     ///< N, root mean square, of the reference itself
     };
     Law equal_k;
     Law hard;
-    double hard_clears = ReferenceSolution::unset;  ///< 1: the hard reference clears every depth; 0: it cannot
+    double hard_clears = ReferenceSolution::unset;  ///< 1: within the strain limit, 0: not; known without forces too
 };
 
 /// Accumulates the errors of one run against the reference.

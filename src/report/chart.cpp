@@ -17,8 +17,6 @@ constexpr const char* ink = "#1b2027";
 constexpr const char* grid = "#e3e7eb";
 constexpr const char* soft = "#5c6672";
 
-const char* colour_of(int index) { return chart_colours.at(static_cast<std::size_t>(index) % chart_colours.size()); }
-
 /// The drawing under construction; all coordinates in pixels, y down.
 class Canvas {
 public:
@@ -64,7 +62,7 @@ public:
                         x, y, escape_xml(content));
     }
     void mark(double x, double y, const MarkStyle& style, const std::string& name) {
-        const char* colour = colour_of(style.colour);
+        const char* colour = chart_colour(style.colour);
         const std::string paint = style.hollow
                                       ? fmt::format("fill=\"#ffffff\" stroke=\"{}\" stroke-width=\"2\"", colour)
                                       : fmt::format("fill=\"{}\" stroke=\"#ffffff\" stroke-width=\"1\"", colour);
@@ -189,6 +187,8 @@ void draw_limit(Canvas& canvas, double x, double top, double bottom, const std::
 
 }  // namespace
 
+const char* chart_colour(int index) { return chart_colours.at(static_cast<std::size_t>(index) % chart_colours.size()); }
+
 MarkStyle mark_style(int number) {
     constexpr auto colours = static_cast<int>(chart_colours.size());
     return {.colour = number % colours, .shape = (number + number / colours) % mark_shape_count};
@@ -309,7 +309,7 @@ std::string draw(const ScatterChart& chart) {
         if (!series.connected) continue;
         std::vector<std::pair<double, double>> curve;
         for (const ChartPoint& point : series.points) curve.emplace_back(x.at(point.x), place_of(point));
-        canvas.path(curve, colour_of(series.style.colour), 1.2, "", series.name);
+        canvas.path(curve, chart_colour(series.style.colour), 1.2, "", series.name);
     }
     // Labels of neighbours share one line to the right of the last of them, so that none is printed over another.
     struct Labelled {
@@ -396,8 +396,8 @@ std::string draw(const DotChart& chart) {
             if (!dot || !(dot->value > 0.0)) continue;
             const double y = top + spacing * static_cast<double>(i) + 11.0 + 11.0 * static_cast<double>(s);
             if (!std::isnan(dot->upper) && dot->upper > 0.0) {
-                canvas.line(x.at(dot->value), y, x.at(dot->upper), y, colour_of(series.style.colour), 1.5);
-                canvas.line(x.at(dot->upper), y - 4, x.at(dot->upper), y + 4, colour_of(series.style.colour), 1.5);
+                canvas.line(x.at(dot->value), y, x.at(dot->upper), y, chart_colour(series.style.colour), 1.5);
+                canvas.line(x.at(dot->upper), y - 4, x.at(dot->upper), y + 4, chart_colour(series.style.colour), 1.5);
             }
             canvas.mark(x.at(dot->value), y, series.style, dot->name);
         }
@@ -426,7 +426,7 @@ std::string draw(const BarChart& chart) {
     Canvas canvas(width, bottom + 56, chart.x_title);
     double legend = left;
     for (std::size_t i = 0; i < chart.parts.size(); ++i) {
-        canvas.rectangle(legend, top - 30, 12, 12, colour_of(static_cast<int>(i)));
+        canvas.rectangle(legend, top - 30, 12, 12, chart_colour(static_cast<int>(i)));
         canvas.text(legend + 18, top - 19, chart.parts[i], "start", ink, 12);
         legend += 40.0 + 7.5 * static_cast<double>(chart.parts[i].size());
     }
@@ -442,7 +442,7 @@ std::string draw(const BarChart& chart) {
             const double part = chart.bars[i].parts[p];
             if (std::isnan(part) || part <= 0.0) continue;
             canvas.rectangle(x.at(from), y + 3, std::max(0.3, x.at(from + part) - x.at(from)), spacing - 6,
-                             colour_of(static_cast<int>(p)),
+                             chart_colour(static_cast<int>(p)),
                              fmt::format("{}, {}: {}", chart.bars[i].name, chart.parts.at(p), format_number(part)));
             from += part;
         }
@@ -505,15 +505,15 @@ std::string draw(const LineChart& chart) {
         std::vector<std::pair<double, double>> piece;
         for (const auto& [px, py] : line.points) {
             if (!std::isfinite(py)) {
-                canvas.path(piece, colour_of(line.colour), 1.8, dash, line.name);
+                canvas.path(piece, chart_colour(line.colour), 1.8, dash, line.name);
                 piece.clear();
                 continue;
             }
             if (chart.steps && !piece.empty()) piece.emplace_back(x_at(px), piece.back().second);
             piece.emplace_back(x_at(px), y.at(py));
         }
-        canvas.path(piece, colour_of(line.colour), 1.8, dash, line.name);
-        canvas.line(right + 16, legend - 4, right + 40, legend - 4, colour_of(line.colour), 2.2, dash);
+        canvas.path(piece, chart_colour(line.colour), 1.8, dash, line.name);
+        canvas.line(right + 16, legend - 4, right + 40, legend - 4, chart_colour(line.colour), 2.2, dash);
         canvas.text(right + 47, legend, line.name, "start", ink, 12);
         legend += 20;
     }

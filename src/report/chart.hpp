@@ -14,6 +14,8 @@ namespace trocar {
 /// Visualization, arXiv:2107.02270, 2021. The script has the same list (src/web/source/charts.js).
 inline constexpr std::array<const char*, 10> chart_colours{"#3f90da", "#ffa90e", "#bd1f01", "#94a4a2", "#832db6",
                                                            "#a96b59", "#e76300", "#b9ac70", "#717581", "#92dadd"};
+/// Colour of a series; the eleventh has the first again.
+const char* chart_colour(int index);
 inline constexpr int mark_shape_count = 10;
 
 /// Marks differ by colour and shape, so that black-and-white prints stay readable.

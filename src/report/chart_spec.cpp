@@ -30,8 +30,6 @@ Json axis(const std::string& title, bool log) {
     return result;
 }
 
-const char* colour(int index) { return chart_colours.at(static_cast<std::size_t>(index) % chart_colours.size()); }
-
 /// ECharts' name of a mark.
 std::string symbol(int shape) {
     std::string path;
@@ -75,7 +73,7 @@ std::string interactive(const ScatterChart& chart) {
                           {"kind", "line"},
                           {"markers", true},
                           {"size", 12},
-                          {"color", colour(one.style.colour)},
+                          {"color", chart_colour(one.style.colour)},
                           {"symbol", symbol(one.style.shape)},
                           {"points", std::move(points)}});
     }
@@ -102,7 +100,8 @@ std::string interactive(const LineChart& chart) {
             if (chart.steps && i > 0) points.push_back({short_number(x), points.back()[1]});
             points.push_back({short_number(x), short_number(y)});
         }
-        series.push_back({{"name", line.name}, {"kind", "line"}, {"color", colour(line.colour)}, {"points", points}});
+        series.push_back(
+            {{"name", line.name}, {"kind", "line"}, {"color", chart_colour(line.colour)}, {"points", points}});
         if (const auto& dash = line_dash(line.dash); !dash.empty()) series.back()["dash"] = dash;
     }
     return Json{{"x", axis(chart.x_title, chart.log_x)},

@@ -49,23 +49,28 @@ std::string who_text(const Motion& motion) {
     return text;
 }
 
-std::string value_text(const MetricColumn& column, Metric metric, const SceneResult& result) {
-    if (column.processes == Processes::interval) return estimate_text(result.of(metric), column.scale);
-    double value = result.first(metric);
-    for (std::size_t i = 1; i < result.runs.size() && column.processes != Processes::first; ++i) {
-        const double other = result.runs[i][metric];
-        value = column.processes == Processes::sum ? value + other : std::fmax(value, other);
+/// None where the value is not known; an interval is known when every process has the metric.
+std::optional<std::string> value_text(const MetricColumn& column, Metric metric, const SceneResult& result) {
+    if (column.processes == Processes::interval) {
+        const Estimate estimate = result.of(metric);
+        if (std::isnan(estimate.value)) return std::nullopt;
+        return estimate_text(estimate, column.scale);
     }
+    double value = result.first(metric);
+    if (column.processes == Processes::highest) {
+        for (const RunFigures& run : result.runs) value = std::fmax(value, run[metric]);
+    }
+    if (std::isnan(value)) return std::nullopt;
     return column.count ? count_text(value * column.scale) : scaled(value, column.scale);
 }
 
 std::string cell_of(const MetricColumn& column, const SceneResult& result) {
     if (column.text) return column.text(result);
-    const bool known = !std::isnan(result.first(column.metric));
-    if (!column.second) return known ? value_text(column, column.metric, result) : column.unknown;
-    if (!known && std::isnan(result.first(*column.second))) return column.unknown;
-    return (known ? value_text(column, column.metric, result) : std::string("n/a")) + " / " +
-           value_text(column, *column.second, result);
+    const std::optional<std::string> value = value_text(column, column.metric, result);
+    if (!column.second) return value.value_or(column.unknown);
+    const std::optional<std::string> second = value_text(column, *column.second, result);
+    if (!value && !second) return column.unknown;
+    return value.value_or("n/a") + " / " + second.value_or("n/a");
 }
 
 void add_row(const MetricTable& content, std::vector<std::string> cells, const SceneResult& result, Table& table) {
@@ -85,6 +90,18 @@ void add_row(const MetricTable& content, std::vector<std::string> cells, const S
 
 std::function<std::string(const SceneResult&)> of_first(std::string (*text)(const RunFigures&)) {
     return [text](const SceneResult& result) { return text(result.runs.front()); };
+}
+
+MetricColumn misses_column(const std::string& header, Metric metric) {
+    return {.header = header, .metric = metric, .text = [metric](const SceneResult& result) {
+                double misses = 0.0;
+                double ticks = 0.0;
+                for (const RunFigures& run : result.runs) {
+                    misses += run[metric];
+                    ticks += run[Metric::timed_ticks];
+                }
+                return count_text(misses) + " of " + count_text(ticks);
+            }};
 }
 
 void note_undecided(const Draft& draft, Table& table) {

@@ -16,8 +16,7 @@ namespace trocar {
 enum class Processes : std::uint8_t {
     first,     ///< for metrics that no clock is in
     interval,  ///< median, with bounds (Estimate)
-    highest,
-    sum
+    highest
 };
 
 /// One column. It prints a metric, two metrics separated by " / ", or a text of its own.
@@ -49,6 +48,9 @@ struct MetricTable {
 
 /// Text of a column that reads the first process alone.
 std::function<std::string(const SceneResult&)> of_first(std::string (*text)(const RunFigures&));
+
+/// "3 of 1100": ticks that a metric counts among the timed ones, over all processes.
+MetricColumn misses_column(const std::string& header, Metric metric);
 
 /// Adds the note on undecided sides to a table of the closed loop where a run of the study has such samples.
 void note_undecided(const Draft& draft, Table& table);

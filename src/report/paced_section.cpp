@@ -1,25 +1,10 @@
 // The haptic table of loops that a clock releases every millisecond, beside an empty loop at the same time: what a
 // deadline means on this machine.
-#include <fmt/format.h>
-
 #include "report/metric_table.hpp"
 #include "report/sections.hpp"
 
 namespace trocar {
 namespace {
-
-double sum_of(const SceneResult& result, Metric metric) {
-    double sum = 0.0;
-    for (const RunFigures& run : result.runs) sum += run[metric];
-    return sum;
-}
-
-/// "3 of 100000" ticks, over all processes.
-MetricColumn misses(const std::string& header, Metric metric) {
-    return {.header = header, .metric = metric, .text = [metric](const SceneResult& result) {
-                return count_text(sum_of(result, metric)) + " of " + count_text(sum_of(result, Metric::timed_ticks));
-            }};
-}
 
 /// A tick against what the reference takes to update and detect on the same scene with the same response and stepper.
 std::string ratio_text(const Draft& draft, const SceneResult& result) {
@@ -56,14 +41,14 @@ MetricTable paced_table(const Draft& draft, bool on_page_one) {
                 .scale = us,
                 .unknown = "n too small"});
     add_behind({.header = "max (µs)", .metric = Metric::paced_max_ns, .processes = highest, .scale = us});
-    add(misses("deadline misses", Metric::paced_misses));
+    add(misses_column("deadline misses", Metric::paced_misses));
     add_behind({.header = "longest burst (ticks)", .metric = Metric::paced_burst, .processes = highest, .count = true});
     add_behind({.header = "empty loop: p50 / max (µs)",
                 .metric = Metric::empty_median_ns,
                 .second = Metric::empty_max_ns,
                 .processes = highest,
                 .scale = us});
-    add(misses("empty loop: misses", Metric::empty_misses));
+    add(misses_column("empty loop: misses", Metric::empty_misses));
     if (!draft.reference.empty()) {
         add({.header = "tick / update and detect of " + code(draft.reference) + ", p50",
              .metric = Metric::total_median_ns,

@@ -1,7 +1,5 @@
 #include "report/sections.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,16 +14,6 @@
 
 namespace trocar {
 namespace {
-
-std::string misses_text(const SceneResult& result) {
-    double misses = 0.0;
-    double ticks = 0.0;
-    for (const RunFigures& run : result.runs) {
-        misses += run[Metric::deadline_misses];
-        ticks += run[Metric::timed_ticks];
-    }
-    return fmt::format("{:.0f} of {:.0f}", misses, ticks);
-}
 
 std::string work_text(const SceneResult& result) {
     const double work = result.first(Metric::work_max) / result.first(Metric::work_median);
@@ -48,7 +36,7 @@ MetricTable latency_table(const std::string& mode, const std::string& caption) {
          .unknown = "n too small"},
         {.header = "max (µs)", .metric = Metric::total_max_ns, .processes = Processes::highest, .scale = us},
         {.header = "first contact (µs)", .metric = Metric::total_cold_ns, .processes = interval, .scale = us},
-        {.header = "misses at 1 ms", .metric = Metric::deadline_misses, .text = misses_text},
+        misses_column("misses at 1 ms", Metric::deadline_misses),
         {.header = "longest burst (ticks)",
          .metric = Metric::longest_burst,
          .processes = Processes::highest,

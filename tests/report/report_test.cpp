@@ -849,6 +849,14 @@ TEST(Report, AWinnerThatHangsOnOneSceneIsReportedAsSuch) {
                         "| scene a left out | `theirs + push (intersection)` |", "Yes: 2 different rows come first"});
 }
 
+TEST(Report, AQuantileThatOneProcessLacksIsOfTooFewTicks) {
+    const std::string markdown =
+        test::whole(make_report({synthetic({.ticks = 1010}), synthetic({.repetition = 1, .ticks = 1009})}));
+    const std::size_t row = markdown.find("| poke | `mine + push (intersection)` | 1000 |");
+    ASSERT_NE(row, std::string::npos);
+    EXPECT_LT(markdown.find("| n too small |", row), markdown.find('\n', row));
+}
+
 TEST(Report, PacedLoopStandsBesideTheEmptyOne) {
     Record record = synthetic({.mode = "paced"});
     record.summary.merge(Summary{{Metric::substeps, 4},

@@ -29,7 +29,7 @@ using test::LoopBody;
 using test::make_box;
 using test::make_sheet;
 
-const std::string hold = "unilateral";
+const std::string unilateral = "unilateral";
 
 // ---------------------------------------------------------------- tissue that flies into a face
 
@@ -91,7 +91,7 @@ const std::vector<Eigen::Quaterniond> turns{Eigen::Quaterniond::Identity(),
 TEST(Approach, ThrownTissueStopsOnAFaceAndDoesNotComeBackFromIt) {
     for (const Eigen::Quaterniond& turn : turns) {
         for (const double height : {0.0003, 0.0011, 0.00237}) {
-            ThrownSheet thrown(hold, turn, height);
+            ThrownSheet thrown(unilateral, turn, height);
             const double arrival = height / speed;
             for (int tick = 1; tick <= 30; ++tick) {
                 thrown.step();
@@ -135,7 +135,7 @@ TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
                     const auto offset = [=, place = path.place](double t) -> Vector3 {
                         return place(t) + Vector3(0, 0, 0.005 + aside);
                     };
-                    return test::tool_on_tissue(tool, offset, make_sheet(12, 0.005), hold);
+                    return test::tool_on_tissue(tool, offset, make_sheet(12, 0.005), unilateral);
                 };
                 ClosedLoop beside = run(0.0);
                 ClosedLoop away = run(1.0);
@@ -213,7 +213,7 @@ TEST(Approach, TissueIsClearOfAnOperatorDrivenToolAfterTheTickInWhichItLands) {
     for (const Tool& tool : tools) {
         for (const double driven_at : {0.25, 0.5, 1.0, 2.0, 3.0}) {
             const Scene scene = landing(tool, driven_at);
-            EXPECT_LE(first_touch(scene, hold).depth, 1e-5) << tool.name << " at " << driven_at;
+            EXPECT_LE(first_touch(scene, unilateral).depth, 1e-5) << tool.name << " at " << driven_at;
             // The plain spring is as soft as the tissue.
             latest = std::max(latest, first_touch(scene, "penalty").depth);
         }
@@ -228,7 +228,7 @@ TEST(Approach, TissueGainsNoMoreThanAnOperatorGivesWhenItsToolLands) {
             test::CreatedEnergy created(scene);
             RunLimits limits;
             limits.observe = [&created](const Simulation& now, const StepRow& /*row*/) { created.observe(now); };
-            test::run_scene_with(scene, hold, 1000, 0, limits);
+            test::run_scene_with(scene, unilateral, 1000, 0, limits);
             EXPECT_LE(created.share(), 1e-6) << tool.name << " at " << driven_at;
         }
     }

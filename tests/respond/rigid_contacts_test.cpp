@@ -40,7 +40,7 @@ StepRow last_row(const std::string& text, const std::string& method, int ticks, 
     return row;
 }
 
-constexpr const char* hold = "unilateral";
+constexpr const char* unilateral = "unilateral";
 
 TEST(RigidPatch, BallOnAPlaneGivesStiffnessTimesDepthAtAnyMesh) {
     // I18 for tools and bone: k d upwards, where d is how deep the polyhedron's lowest vertex is.
@@ -48,7 +48,7 @@ TEST(RigidPatch, BallOnAPlaneGivesStiffnessTimesDepthAtAnyMesh) {
         for (const double ball_edge : {0.005, 0.0025, 0.00125}) {
             const std::string part = fmt::format(R"({{"shape":"sphere","radius":0.009,"edge":{}}})", ball_edge);
             double depth = 0.0;
-            const StepRow row = last_row(over_a_block(part, edge, 0.0085, "prescribed"), hold, 2, &depth);
+            const StepRow row = last_row(over_a_block(part, edge, 0.0085, "prescribed"), unilateral, 2, &depth);
             ASSERT_GT(depth, 1e-4);
             EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 1000.0 * depth)).norm(), 1e-9) << edge << " " << ball_edge;
             EXPECT_LT(std::abs(row.tool_force.z() - 0.5), ball_edge < 0.002 ? 0.05 : 0.25);
@@ -60,7 +60,7 @@ TEST(RigidPatch, TiltedBoxPressesAlongThePlanesNormalWithItsLowestCorner) {
     for (const double edge : {0.02, 0.005}) {
         const std::string part = R"({"shape":"box","size":[0.02,0.02,0.02],"edge":0.005})";
         double depth = 0.0;
-        const StepRow row = last_row(over_a_block(part, edge, 0.0105, "prescribed", "9,5,0"), hold, 2, &depth);
+        const StepRow row = last_row(over_a_block(part, edge, 0.0105, "prescribed", "9,5,0"), unilateral, 2, &depth);
         ASSERT_GT(depth, 1e-3);
         EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 1000.0 * depth)).norm(), 1e-9);
     }
@@ -72,7 +72,7 @@ TEST(RigidPatch, ForceFollowsTheDepthSmoothlyAsABallSinksIn) {
     for (int step = 0; step < 60; ++step) {
         const double z = 0.009 - 1e-5 * step;
         const StepRow row = last_row(
-            over_a_block(R"({"shape":"sphere","radius":0.009,"edge":0.002})", 0.004, z, "prescribed"), hold, 2);
+            over_a_block(R"({"shape":"sphere","radius":0.009,"edge":0.002})", 0.004, z, "prescribed"), unilateral, 2);
         EXPECT_LT(row.tool_force.head<2>().norm(), 1e-9);
         if (step > 0) {
             EXPECT_LE(row.tool_force.z() - last, 0.01 + 1e-9);
@@ -96,7 +96,7 @@ TEST(RigidPatch, GapOpenBladeIsPushedOutOfTheFaceItCutsWhereverItsDiagonalLies) 
                      {"0,0,0", "0,0,45", "0,0,-45", "0,0,135", "0,0,-150", "30,0,0", "0,30,0", "0,-30,0"}) {
                     double depth = 0.0;
                     const StepRow row =
-                        last_row(over_a_block(blade, edge, -0.0017, "prescribed", turn, false), hold, 2, &depth);
+                        last_row(over_a_block(blade, edge, -0.0017, "prescribed", turn, false), unilateral, 2, &depth);
                     ASSERT_GT(depth, 1e-3) << turn;
                     EXPECT_LT((row.tool_force - Vector3(0.0, 0.0, 1000.0 * depth)).norm(), 1e-9) << edge << " " << turn;
                 }
@@ -110,7 +110,7 @@ TEST(RigidPatch, OpenBladeOverTheEdgeOfABlockIsPushedAlongBothFaces) {
     std::string text = over_a_block(blade, 0.05, -0.001, "prescribed", "0,45,0", false);
     const std::string place = "0.0021,0.0013,-0.001";
     text.replace(text.find(place), place.size(), "0.024,0.0013,-0.001");
-    const StepRow row = last_row(text, hold, 2);
+    const StepRow row = last_row(text, unilateral, 2);
     EXPECT_LT((row.tool_force - Vector3(1.0, 0.0, 1.0)).norm(), 1e-9) << row.tool_force.transpose();
 }
 
@@ -123,8 +123,8 @@ TEST(RigidPatch, OpenBladeDrivenByAnOperatorGetsNoEnergyOnItsPathInAndOut) {
             R"(,{{"time":0.05,"pose":{1}}},{{"time":0.2,"pose":{1}}},{{"time":0.25,"pose":{0}}})", high, low);
         text.insert(text.find(high) + high.size() + 1, keys);
         const Scene scene = test::scene_from_text(text);
-        Simulation simulation(scene, make_detector("brute_force"), make_response(hold),
-                              registry().contact_generator(default_contact_generator(parse_method(hold))));
+        Simulation simulation(scene, make_detector("brute_force"), make_response(unilateral),
+                              registry().contact_generator(default_contact_generator(parse_method(unilateral))));
         double work = 0.0;
         double most = 0.0;
         double pressed = 0.0;

@@ -55,12 +55,12 @@ TEST(MetamorphicTest, AResponseThatGoesFromBodyToBodyDependsOnTheirOrder) {
     // Two instruments, each in an operator: what one has moved the other one meets.
     const Scene scene = test::shipped_scene("i2i_cross");
     const Record thesis = metamorphic(scene, "ohc", "thesis", 0);
-    const Record hold = metamorphic(scene, "ohc", "unilateral", 0);
+    const Record unilateral = metamorphic(scene, "ohc", "unilateral", 0);
     for (const char* name : {"metamorphic_bodies", "metamorphic_swapped"}) {
         EXPECT_GT(thesis.summary.at(metric_of(std::string(name) + "_m")), 1e-6) << name;
         EXPECT_GT(thesis.summary.at(metric_of(std::string(name) + "_n")), 1e-3) << name;
-        EXPECT_LT(hold.summary.at(metric_of(std::string(name) + "_m")), 1e-12) << name;
-        EXPECT_LT(hold.summary.at(metric_of(std::string(name) + "_n")), 1e-9) << name;
+        EXPECT_LT(unilateral.summary.at(metric_of(std::string(name) + "_m")), 1e-12) << name;
+        EXPECT_LT(unilateral.summary.at(metric_of(std::string(name) + "_n")), 1e-9) << name;
     }
 }
 
@@ -125,17 +125,17 @@ TEST(MetamorphicTest, FaithfulDependsOnTheOrderOfTrianglesAndUnilateralDoesNot) 
     // two faces.
     const Scene scene = test::shipped_scene("i2t_stab");
     const Record faithful = metamorphic(scene, "ohc", "thesis:profile=faithful", 600);
-    const Record hold = metamorphic(scene, "ohc", "unilateral", 600);
-    for (const Record* record : {&faithful, &hold}) {
+    const Record unilateral = metamorphic(scene, "ohc", "unilateral", 600);
+    for (const Record* record : {&faithful, &unilateral}) {
         EXPECT_EQ(record->summary.at(Metric::metamorphic_twice_m), 0.0);
         EXPECT_EQ(record->summary.at(Metric::metamorphic_twice_n), 0.0);
         EXPECT_TRUE(std::isnan(record->summary.at(Metric::metamorphic_bodies_m))) << "no two bodies of a kind";
         EXPECT_TRUE(std::isnan(record->summary.at(Metric::metamorphic_twice_pairs)));
     }
     EXPECT_GT(faithful.summary.at(Metric::metamorphic_triangles_m), 1e-6);
-    EXPECT_LT(hold.summary.at(Metric::metamorphic_triangles_m), 1e-9);
-    EXPECT_LT(hold.summary.at(Metric::metamorphic_unit_m), 1e-9);
-    EXPECT_LT(hold.summary.at(Metric::metamorphic_origin_m), 1e-9);
+    EXPECT_LT(unilateral.summary.at(Metric::metamorphic_triangles_m), 1e-9);
+    EXPECT_LT(unilateral.summary.at(Metric::metamorphic_unit_m), 1e-9);
+    EXPECT_LT(unilateral.summary.at(Metric::metamorphic_origin_m), 1e-9);
 }
 
 }  // namespace
