@@ -27,8 +27,8 @@
 #include "method/registry.hpp"
 #include "pair_classes.hpp"
 #include "scene/scene.hpp"
-#include "scenes.hpp"
 #include "simulate/frame_source.hpp"
+#include "simulate/generated_scene.hpp"
 #include "simulate/simulation.hpp"
 
 namespace trocar::bench {
@@ -159,7 +159,7 @@ void detect(benchmark::State& state, const std::string& name, const Topology& to
 /// A small scene whose tissue moves everywhere.
 struct MovingSheet {
     static constexpr std::int64_t period = 64;  ///< steps
-    ContactScene scene{{.tissue_triangles = 2000, .instrument_triangles = 500}};
+    InstrumentInTissue scene{{.tissue_triangles = 2000, .instrument_triangles = 500}};
     std::vector<Frame> frames = std::vector<Frame>(period);
     MovingSheet() {
         for (std::int64_t step = 0; step < period; ++step) scene.write(step, frames.at(static_cast<std::size_t>(step)));
@@ -284,7 +284,7 @@ Materials uniform_materials(const Topology& topology) {
 }
 
 struct PressedSheet {
-    ContactScene scene{SceneSpec{}};
+    InstrumentInTissue scene{InstrumentInTissueSpec{}};
     CornerPairs apart;  ///< boxes overlap
     CornerPairs meeting;
     Frame frame;
@@ -354,7 +354,7 @@ void add_stages() {
         add(fmt::format("per_pair/{}/without_test/light_20k_x_2k", entry.name),
             [name = entry.name](benchmark::State& state) {
                 const PressedSheet& sheet = pressed_sheet();
-                respond_to(state, name, sheet.scene.topology(), sheet.materials, ContactScene::dt(),
+                respond_to(state, name, sheet.scene.topology(), sheet.materials, GeneratedScene::dt,
                            {{&sheet.frame, sheet.contacts}}, nullptr);
             });
     }

@@ -216,7 +216,7 @@ int run_command(int argc, char** argv) {
         ->check(CLI::Range(1, 1024))
         ->capture_default_str();
     sub->add_flag("--plan", study_options.plan_only, "Print the list of runs and stop");
-    sub->add_option("--child-run", study_options.child_run)->group("");
+    sub->add_option("--child-run", study_options.child_runs)->group("");
     sub->add_option("--child-output", study_options.child_output)->group("");
     line.on(sub, study_options, study);
 

@@ -7,6 +7,7 @@
 #include "app/commands.hpp"
 #include "method/device.hpp"
 #include "method/registry.hpp"
+#include "simulate/generated_scene.hpp"
 
 namespace trocar::app {
 namespace {
@@ -97,6 +98,11 @@ int list(const CommonOptions& common, const ListOptions& /*options*/) {
         print_section("Contact generators", all.contact_generators(), {});
         print_section("Responses", all.responses(), all.absent_responses());
         print_section("Steppers", all.steppers(), {});
+        fmt::print("Generated scenes (of a study)\n");
+        for (const GeneratedSceneEntry& entry : generated_scenes()) {
+            fmt::print("  {}\n      {}\n", entry.name, entry.meaning);
+            print_parameters(entry.parameters);
+        }
         fmt::print("Device (of a run, the same for every response)\n");
         print_parameters(device_parameters());
         return done;
@@ -112,10 +118,16 @@ int list(const CommonOptions& common, const ListOptions& /*options*/) {
     for (const ContactGeneratorEntry& entry : all.contact_generators())
         contact_generators.push_back(present_json(entry));
     for (const StepperEntry& entry : all.steppers()) steppers.push_back(present_json(entry));
+    Json generated = Json::array();
+    for (const GeneratedSceneEntry& entry : generated_scenes()) {
+        generated.push_back(
+            {{"name", entry.name}, {"meaning", entry.meaning}, {"parameters", parameters_json(entry.parameters)}});
+    }
     const Json document{{"detectors", detectors},
                         {"responses", responses},
                         {"contact_generators", contact_generators},
                         {"steppers", steppers},
+                        {"generated_scenes", generated},
                         {"device", {{"parameters", parameters_json(device_parameters())}}}};
     fmt::print("{}\n", document.dump());
     return done;

@@ -36,6 +36,13 @@ std::string method(const RunSpec& spec) {
     return text;
 }
 
+SceneFacts facts_of_input(const Study& study, const CommonOptions& common, const RunSpec& spec) {
+    const std::filesystem::path folder = study.file.parent_path();
+    if (is_generated(spec)) return generated_facts(spec);
+    if (is_mesh_case(spec)) return read_case_facts(folder, spec, common.data);
+    return read_scene_facts(folder / spec.scene_file, common.data);
+}
+
 std::vector<PlannedRun> completed_plan(const Study& study, const CommonOptions& common) {
     std::vector<PlannedRun> plan = make_plan(study);
     std::map<std::string, SceneFacts> facts;
@@ -43,42 +50,42 @@ std::vector<PlannedRun> completed_plan(const Study& study, const CommonOptions& 
         const std::string& file = run.spec.scene_file;
         if (file.empty()) continue;
         auto known = facts.find(file);
-        if (known == facts.end()) {
-            const std::filesystem::path folder = study.file.parent_path();
-            known = facts
-                        .emplace(file, is_mesh_case(run.spec) ? read_case_facts(folder, run.spec, common.data)
-                                                              : read_scene_facts(folder / file, common.data))
-                        .first;
-        }
+        if (known == facts.end()) known = facts.emplace(file, facts_of_input(study, common, run.spec)).first;
         complete_run(known->second, run);
     }
     return plan;
 }
 
-/// One run in this process; what it finds goes into a file, so that a crash before the end leaves none.
-int child(const Study& study, const CommonOptions& common, const StudyOptions& options) {
-    std::vector<PlannedRun> plan = make_plan(study);
-    if (*options.child_run < 0 || *options.child_run >= static_cast<std::int64_t>(plan.size()) ||
-        !options.child_output) {
-        throw InputError("command line", "--child-run",
-                         fmt::format("a number below {} and --child-output", plan.size()),
-                         std::to_string(*options.child_run));
-    }
-    PlannedRun& run = plan[static_cast<std::size_t>(*options.child_run)];
+/// One run alone.
+Record make_one(const Study& study, const CommonOptions& common, PlannedRun& run) {
     const std::filesystem::path folder = study.file.parent_path();
-    Record record;
     if (is_mesh_case(run.spec)) {
         complete_run(read_case_facts(folder, run.spec, common.data), run);
-        record = make_mesh_case_run(folder, run.spec, common.data);
-    } else {
-        const Scene scene = read_scene(folder / run.spec.scene_file, common.data);
-        complete_run(facts_of(scene), run);
-        record = make_run(scene, run.spec);
+        return make_mesh_case_run(folder, run.spec, common.data);
     }
+    const Scene scene = read_scene(folder / run.spec.scene_file, common.data);
+    complete_run(facts_of(scene), run);
+    return make_run(scene, run.spec);
+}
+
+/// Runs of one group. The number of the run that has its turn stands in a file beside `output`, for the parent to read
+/// after a crash.
+std::vector<Record> make_group(const std::vector<PlannedRun*>& runs, const StudyOptions& options) {
+    std::vector<RunSpec> specs;
+    for (PlannedRun* run : runs) {
+        complete_run(generated_facts(run->spec), *run);
+        specs.push_back(run->spec);
+    }
+    return make_generated_runs(
+        specs, [&options](std::size_t turn) { write_turn(*options.child_output, options.child_runs.at(turn)); });
+}
+
+/// What is published of a record.
+std::string stored_line(const Study& study, const PlannedRun& run, Record record) {
     for (const auto& [key, value] : method_facts(study, run)) record.environment[key] = value;
     // The report reads these from the summary; their single ticks would only make the records too large to publish.
     const std::string& mode = run.spec.mode;
-    if (mode != "replay" && mode != "closed_loop") record.rows.clear();
+    if ((mode != "replay" && mode != "closed_loop") || is_generated(run.spec)) record.rows.clear();
     // Of a closed loop's ticks those are kept on which truth was computed, and those on which something went wrong; the
     // summary has been taken from all.
     if (mode == "closed_loop") {
@@ -88,7 +95,30 @@ int child(const Study& study, const CommonOptions& common, const StudyOptions& o
     }
     thin_rows(record);
     shorten_rows(record);
-    write_whole(*options.child_output, to_json_line(record) + "\n");
+    return to_json_line(record) + "\n";
+}
+
+/// Runs in this process, one or those of a group. Their records go into a file, so that a crash before the end leaves
+/// none.
+int child(const Study& study, const CommonOptions& common, const StudyOptions& options) {
+    std::vector<PlannedRun> plan = make_plan(study);
+    std::vector<PlannedRun*> runs;
+    for (const std::int64_t index : options.child_runs) {
+        if (index < 0 || index >= static_cast<std::int64_t>(plan.size()) || !options.child_output) {
+            throw InputError("command line", "--child-run",
+                             fmt::format("a number below {} and --child-output", plan.size()), std::to_string(index));
+        }
+        runs.push_back(&plan[static_cast<std::size_t>(index)]);
+    }
+    std::string lines;
+    if (runs.front()->group.empty()) {
+        Record record = make_one(study, common, *runs.front());
+        lines = stored_line(study, *runs.front(), std::move(record));
+    } else {
+        std::vector<Record> records = make_group(runs, options);
+        for (std::size_t i = 0; i < runs.size(); ++i) lines += stored_line(study, *runs[i], std::move(records[i]));
+    }
+    write_whole(*options.child_output, lines);
     return done;
 }
 
@@ -192,7 +222,7 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
 
 int study(const CommonOptions& common, const StudyOptions& options) {
     const Study study = read_study(options.file, options.with, listed_scenes());
-    if (options.child_run) return child(study, common, options);
+    if (!options.child_runs.empty()) return child(study, common, options);
     const std::vector<PlannedRun> plan = completed_plan(study, common);
     if (options.plan_only) return print_plan(study, plan, common.json);
 

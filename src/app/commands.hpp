@@ -110,8 +110,9 @@ struct StudyOptions {
     std::optional<std::filesystem::path> output;  ///< default build/reports/<study>
     bool publish = false;                         ///< copy the finished report to reports/<study>
     bool plan_only = false;                       ///< print the run list and stop
-    /// Internal: execute only this run of the plan and write its record to `child_output`.
-    std::optional<std::int64_t> child_run;
+    /// Internal: execute only these runs of the plan, one or those of a group, and write their records to
+    /// `child_output`.
+    std::vector<std::int64_t> child_runs;
     std::optional<std::filesystem::path> child_output;
 };
 int study(const CommonOptions& common, const StudyOptions& options);

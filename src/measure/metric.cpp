@@ -36,6 +36,8 @@ std::string_view text_of(MetricSource source) {
             return "paced loop";
         case MetricSource::counters:
             return "counters";
+        case MetricSource::machine:
+            return "memory of the process";
         case MetricSource::scene:
             return "scene and stepper";
         case MetricSource::pair_truth:
@@ -62,7 +64,9 @@ std::string_view text_of(MetricSource source) {
     return "the method asked twice";
 }
 
-bool is_timed(MetricSource source) { return source == MetricSource::clock || source == MetricSource::paced_loop; }
+bool is_timed(MetricSource source) {
+    return source == MetricSource::clock || source == MetricSource::paced_loop || source == MetricSource::machine;
+}
 
 std::span<const MetricInfo> metrics() { return list; }
 

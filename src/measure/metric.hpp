@@ -35,6 +35,7 @@ enum class MetricSource : std::uint8_t {
     clock,
     paced_loop,  ///< the clock too
     counters,
+    machine,      ///< its memory
     scene,        ///< scene and stepper
     pair_truth,   ///< exact oracle
     space_time,   ///< oracle of contacts between frames
@@ -49,7 +50,7 @@ enum class MetricSource : std::uint8_t {
 };
 /// In words, as outputs print it.
 std::string_view text_of(MetricSource source);
-/// True when the machine's clock is in the values.
+/// True when the machine's clock or memory is in the values.
 bool is_timed(MetricSource source);
 
 struct MetricInfo {

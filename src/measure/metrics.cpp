@@ -18,7 +18,7 @@ double largest(const std::vector<double>& values) { return quantile(values, 1.0)
 
 double p99(const std::vector<double>& values) { return tail_quantile(values, 0.99).value_or(not_known); }
 
-void add_times(const std::vector<StepRow>& rows, bool replay, Summary& figures) {
+void add_times(const std::vector<StepRow>& rows, bool replay, std::int64_t warm_up, Summary& figures) {
     std::vector<double> total;
     std::array<std::vector<double>, stage_count> stages;
     std::vector<double> allocations;
@@ -30,7 +30,7 @@ void add_times(const std::vector<StepRow>& rows, bool replay, Summary& figures) 
         if (row.outcome != OutcomeKind::ok) continue;
         const auto time = static_cast<double>(tick_ns(row, replay));
         if (row.pairs > 0 && !figures.contains(Metric::total_cold_ns)) figures[Metric::total_cold_ns] = time;
-        if (static_cast<std::int64_t>(i) < warm_up_ticks) continue;
+        if (static_cast<std::int64_t>(i) < warm_up) continue;
         total.push_back(time);
         burst = time > haptic_deadline_ns ? burst + 1.0 : 0.0;
         longest_burst = std::max(longest_burst, burst);
@@ -60,6 +60,7 @@ void add_times(const std::vector<StepRow>& rows, bool replay, Summary& figures) 
 
 void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
     std::vector<double> work;
+    std::vector<double> work_in_contact;
     std::vector<double> pairs;
     double pair_sum = 0;
     double native_sum = 0;
@@ -83,7 +84,10 @@ void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
         work.push_back(static_cast<double>(row.work.work()));
         pair_sum += static_cast<double>(row.pairs);
         native_sum += static_cast<double>(row.native_contacts);
-        if (row.pairs > 0) pairs.push_back(static_cast<double>(row.pairs));
+        if (row.pairs > 0) {
+            pairs.push_back(static_cast<double>(row.pairs));
+            work_in_contact.push_back(work.back());
+        }
         if (row.true_pairs < 0) continue;
         judged += 1;
         reported += static_cast<double>(row.pairs);
@@ -95,6 +99,7 @@ void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
         false_positives += static_cast<double>(row.false_positives);
     }
     figures[Metric::work_median] = median(work);
+    figures[Metric::work_in_contact_median] = median(work_in_contact);
     figures[Metric::work_max] = largest(work);
     figures[Metric::pairs_mean] = ratio(pair_sum, static_cast<double>(rows.size()));
     figures[Metric::native_contacts_mean] = ratio(native_sum, static_cast<double>(rows.size()));
@@ -392,7 +397,7 @@ Summary summarize(const std::vector<StepRow>& rows, const SummaryContext& contex
     }
     figures[Metric::failed_ticks] = failed;
     figures[Metric::truncated_ticks] = truncated;
-    add_times(rows, context.mode == "replay", figures);
+    add_times(rows, context.mode == "replay", context.warm_up, figures);
     add_pairs(rows, figures);
     add_swept(rows, figures);
     add_geometry(rows, figures);

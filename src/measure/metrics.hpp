@@ -8,6 +8,7 @@
 
 #include "measure/contact_event.hpp"
 #include "measure/metric.hpp"
+#include "measure/statistics.hpp"
 #include "measure/step_row.hpp"
 
 namespace trocar {
@@ -22,10 +23,10 @@ struct SummaryContext {
     /// Time of a tick in a "replay" is update + detect; in every other kind of run it is all stages present.
     std::string_view mode = "closed_loop";
     double motion_end = std::numeric_limits<double>::quiet_NaN();  ///< s, last key of any body's motion
+    std::int64_t warm_up = warm_up_ticks;  ///< rows at the start that no time figure and no allocation count reads
 };
 
-/// Metrics of a run from its rows alone; a metric that does not apply is NaN ("n/a"). The first warm_up_ticks rows are
-/// left out of time figures and allocation counts only.
+/// Metrics of a run from its rows alone; a metric that does not apply is NaN ("n/a").
 Summary summarize(const std::vector<StepRow>& rows, const SummaryContext& context = {});
 /// Metrics of contacts between frames, from the events; NaN without any event.
 Summary summarize(const std::vector<ContactEvent>& events);

@@ -17,7 +17,7 @@ namespace trocar {
 /// Everything that determines the result of a run, and thus the key under which it is stored.
 struct RunSpec {
     std::string study;
-    std::string mode;                        ///< "replay" | "closed_loop" | "work_precision" | "paced" |
+    std::string mode;                        ///< "replay" | "repeated_motion" | "closed_loop" | "work_precision" | "paced" |
                                              ///< "cost_by_size" | "hard_case" | "metamorphic"
     std::string scene;                       ///< scene name
     std::string scene_file;                  ///< relative to the study file

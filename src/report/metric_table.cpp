@@ -104,6 +104,13 @@ MetricColumn misses_column(const std::string& header, Metric metric) {
             }};
 }
 
+MetricColumn work_ratio_column(const std::string& header, Metric usual) {
+    return {.header = header, .metric = Metric::work_max, .text = [usual](const SceneResult& result) {
+                const double work = result.first(Metric::work_max) / result.first(usual);
+                return std::isfinite(work) ? format_number(work) : std::string("n/a");
+            }};
+}
+
 void note_undecided(const Draft& draft, Table& table) {
     const bool any = std::any_of(draft.results.runs().begin(), draft.results.runs().end(), [](const RunFigures& run) {
         return run.record->spec.mode == "closed_loop" && run.ok() && run[Metric::side_undecided_max] > 0.0;
@@ -116,7 +123,7 @@ Table table_of(const Draft& draft, const MetricTable& content) {
     Table table{.caption = content.caption, .columns = {}, .rows = {}, .note = content.note, .folded = content.folded};
     if (by_motion) table.columns.push_back({"class", false});
     table.columns.push_back({"scene", false});
-    table.columns.push_back({content.mode == "replay"        ? "detector"
+    table.columns.push_back({content.mode == "replay" || content.mode == "repeated_motion" ? "detector"
                              : content.mode == "closed_loop" ? "detector + response (contact generator)"
                                                              : "detector + response",
                              false});

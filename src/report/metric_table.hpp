@@ -52,6 +52,9 @@ std::function<std::string(const SceneResult&)> of_first(std::string (*text)(cons
 /// "3 of 1100": ticks that a metric counts among the timed ones, over all processes.
 MetricColumn misses_column(const std::string& header, Metric metric);
 
+/// Largest work of a tick over a median of the work.
+MetricColumn work_ratio_column(const std::string& header, Metric usual = Metric::work_median);
+
 /// Adds the note on undecided sides to a table of the closed loop where a run of the study has such samples.
 void note_undecided(const Draft& draft, Table& table);
 

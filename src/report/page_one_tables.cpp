@@ -89,6 +89,12 @@ std::string replayed_only(const Draft& draft) {
     return names.empty() ? std::string() : fmt::format(" Not run with responses, detectors only: {}.", joined(names));
 }
 
+/// The scenes of a row that was not run on all, or their number where there are many.
+std::string only_text(const std::vector<std::string>& scenes) {
+    constexpr std::size_t most_named = 3;
+    return scenes.size() > most_named ? scenes_text(scenes.size()) : joined(scenes);
+}
+
 constexpr const char* failed_help =
     "Runs of the row that ended other than ok (failed, unstable, timed out, crashed) of all that it has";
 
@@ -227,7 +233,7 @@ Table detectors_table(const Draft& draft) {
         };
         TableRow line;
         line.cells = {
-            everywhere ? name : name + " (" + joined(row->scene_names) + " only)",
+            everywhere ? name : name + " (" + only_text(row->scene_names) + " only)",
             std::isnan(row->true_pairs)
                 ? "n/a"
                 : fmt::format(

@@ -34,6 +34,8 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     if (!has_verdict) add_metamorphic(draft);
     if (!has_verdict) add_work_precision(draft);
     add_cost_by_size(draft);
+    add_side_by_side(draft);
+    add_repeated_motion(draft);
     add_between_ticks(draft);
     add_lost_by_the_detector(draft);
     add_verdict_by_class(draft);
@@ -52,6 +54,7 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     if (has_verdict) add_metamorphic(draft);
     add_failures(draft);
     add_table_2_1(draft);
+    add_table_3_1(draft);
     add_work_profile(draft);
     add_glossary(draft);
     add_rebuild(draft);

@@ -135,6 +135,16 @@ void add_cost_by_size(Draft& draft);
 /// Its subset on page 1 of a study without methods to compare: whole tick by scene and stepper.
 Table size_page(const Draft& draft);
 
+// side_by_side_section.cpp
+/// Detectors that take turns on generated scenes: time over size, every detector on every scene, costs.
+void add_side_by_side(Draft& draft);
+/// The worst tick of scenes that repeat their motion.
+void add_repeated_motion(Draft& draft);
+
+// table_3_1_section.cpp
+/// Table 3.1 of the thesis, with numbers of detectors on generated scenes.
+void add_table_3_1(Draft& draft);
+
 // knob_section.cpp
 void add_work_precision(Draft& draft);
 /// Empty without such a part.

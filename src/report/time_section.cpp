@@ -15,11 +15,6 @@
 namespace trocar {
 namespace {
 
-std::string work_text(const SceneResult& result) {
-    const double work = result.first(Metric::work_max) / result.first(Metric::work_median);
-    return std::isfinite(work) ? format_number(work) : "n/a";
-}
-
 MetricTable latency_table(const std::string& mode, const std::string& caption) {
     constexpr auto interval = Processes::interval;
     MetricTable table{.caption = caption, .mode = mode, .columns = {}};
@@ -41,7 +36,7 @@ MetricTable latency_table(const std::string& mode, const std::string& caption) {
          .metric = Metric::longest_burst,
          .processes = Processes::highest,
          .count = true},
-        {.header = "work, max / median", .metric = Metric::work_max, .text = work_text},
+        work_ratio_column("work, max / median"),
         {.header = "allocations per tick", .metric = Metric::allocations_median}};
     table.columns.insert(table.columns.end(), times.begin(), times.end());
     return table;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
+#include <utility>
 
 #include "geometry/input_error.hpp"
 #include "geometry/number_text.hpp"
@@ -21,13 +23,13 @@ std::map<std::string, double> parse(const std::string& text) {
         const std::string name = item.substr(0, equals);
         const auto& knobs = scene_knobs();
         if (std::none_of(knobs.begin(), knobs.end(), [&](const SceneKnob& knob) { return knob.name == name; })) {
-            throw InputError("scene override", name, "dt, k or substeps", "'" + item + "'");
+            throw InputError("scene override", name, "dt, k, substeps or cycles", "'" + item + "'");
         }
         const std::string digits = equals < item.size() ? item.substr(equals + 1) : std::string();
         const double value = number_of_text<double>(digits).value_or(0.0);
         if (!(value > 0.0) || !std::isfinite(value))
             throw InputError("scene override", name, "a number > 0", "'" + item + "'");
-        if (name == "substeps" && (value != std::floor(value) || value > 1000.0)) {
+        if ((name == "substeps" || name == "cycles") && (value != std::floor(value) || value > 1000.0)) {
             throw InputError("scene override", name, "a whole number up to 1000", "'" + item + "'");
         }
         values[name] = value;
@@ -36,12 +38,37 @@ std::map<std::string, double> parse(const std::string& text) {
     return values;
 }
 
+void repeat_motion(std::int64_t cycles, Scene& scene) {
+    Motion* motion = nullptr;
+    for (SceneBody& body : scene.bodies) {
+        if (!body.motion) continue;
+        if (motion != nullptr) throw InputError(scene.name, "/bodies", "one body with a motion to repeat", "several");
+        motion = &*body.motion;
+    }
+    if (motion == nullptr) throw InputError(scene.name, "/bodies", "one body with a motion to repeat", "none");
+    constexpr double return_time = 0.1;  // s
+    const std::vector<MotionKey> once = std::exchange(motion->keys, {});
+    const double period = once.back().time + return_time;
+    const double golden_angle = std::numbers::pi * (3.0 - std::sqrt(5.0));
+    for (std::int64_t cycle = 0; cycle < cycles; ++cycle) {
+        const Matrix3 turn =
+            Eigen::AngleAxisd(golden_angle * static_cast<double>(cycle), Vector3::UnitZ()).toRotationMatrix();
+        for (MotionKey key : once) {
+            key.time += period * static_cast<double>(cycle);
+            key.translation = turn * key.translation;
+            motion->keys.push_back(key);
+        }
+    }
+    scene.ticks = std::llround(period * static_cast<double>(cycles) / scene.dt);
+}
+
 }  // namespace
 
 const std::vector<SceneKnob>& scene_knobs() {
     static const std::vector<SceneKnob> knobs{{"dt", "s", "length of a tick"},
                                               {"k", "N/m", "contact stiffness between every two bodies"},
-                                              {"substeps", "1", "steps of the tissue's integrator per tick"}};
+                                              {"substeps", "1", "steps of the tissue's integrator per tick"},
+                                              {"cycles", "1", "repetitions of the motion, each in another direction"}};
     return knobs;
 }
 
@@ -59,6 +86,8 @@ void apply_overrides(const std::string& overrides, Scene& scene) {
                 law.k = value;
                 scene.turned_k = value;
             }
+        } else if (name == "cycles") {
+            repeat_motion(static_cast<std::int64_t>(value), scene);
         } else {
             scene.materials.substeps = static_cast<int>(value);
         }

@@ -19,6 +19,16 @@ double mean_edge(const Topology& topology, const Frame& frame, Range triangles) 
     return triangles.count > 0 ? sum / (3.0 * triangles.count) : 0.0;
 }
 
+/// m, over all bodies; infinite without a triangle.
+double smallest_edge(const Topology& topology, const Frame& frame) {
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const BodyRange& body : topology.bodies) {
+        const double edge = mean_edge(topology, frame, body.triangles);
+        if (edge > 0.0) smallest = std::min(smallest, edge);
+    }
+    return smallest;
+}
+
 }  // namespace
 
 QueryDistance::QueryDistance(const Scene& scene, double margin) {
@@ -30,15 +40,18 @@ QueryDistance::QueryDistance(const Scene& scene, double margin) {
         const double edge = mean_edge(scene.topology, scene.first, body.triangles);
         if (edge > 0.0) smallest = std::min(smallest, edge);
     }
-    if (!std::isfinite(smallest)) {
-        for (const BodyRange& body : scene.topology.bodies) {
-            const double edge = mean_edge(scene.topology, scene.first, body.triangles);
-            if (edge > 0.0) smallest = std::min(smallest, edge);
-        }
-    }
-    if (!std::isfinite(smallest)) return;
-    edge_ = smallest;
-    margin_ = margin * smallest;
+    if (!std::isfinite(smallest)) smallest = smallest_edge(scene.topology, scene.first);
+    set(smallest, margin);
+}
+
+QueryDistance::QueryDistance(const Topology& topology, const Frame& frame, double margin) {
+    set(smallest_edge(topology, frame), margin);
+}
+
+void QueryDistance::set(double edge, double margin) {
+    if (!std::isfinite(edge)) return;
+    edge_ = edge;
+    margin_ = margin * edge;
 }
 
 double QueryDistance::of(double driven_move, double tissue_move, double deep) const {

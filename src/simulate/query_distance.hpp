@@ -12,6 +12,8 @@ class QueryDistance {
 public:
     /// `margin`: 1, in units of the smallest mean edge of the bodies that move.
     QueryDistance(const Scene& scene, double margin);
+    /// The same for bodies that all move. `frame`: first frame of the topology.
+    QueryDistance(const Topology& topology, const Frame& frame, double margin);
     /// Query distance in m for a frame whose kinematic bodies have moved: margin + driven_move + min(tissue_move +
     /// deep, driven_move + 2 mean edges). It is rounded up to margin · 2ⁿ, so that structures need not be rebuilt every
     /// tick. `driven_move`, `tissue_move`: m, largest displacement since the last frame of a vertex of kinematic
@@ -27,6 +29,7 @@ public:
     [[nodiscard]] double edge() const { return edge_; }
 
 private:
+    void set(double edge, double margin);
     static constexpr double most_edges = 2.0;
     [[nodiscard]] double most() const { return most_edges * edge_; }
     double edge_ = 0.0;

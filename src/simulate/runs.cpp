@@ -239,11 +239,12 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         record.environment["run.dt_s"] = fmt::format("{}", scene.dt);
         return record;
     }
-    if (spec.mode == "replay") return run_replay(scene, spec, limits);
+    if (spec.mode == "replay" || spec.mode == "repeated_motion") return run_replay(scene, spec, limits);
     if (spec.mode == "closed_loop" || spec.mode == "hard_case") return run_closed_loop(scene, spec, limits);
-    throw InputError("run", "/mode",
-                     "replay, closed_loop, work_precision, paced, cost_by_size, metamorphic or hard_case",
-                     fmt::format("'{}'", spec.mode));
+    throw InputError(
+        "run", "/mode",
+        "replay, repeated_motion, closed_loop, work_precision, paced, cost_by_size, metamorphic or hard_case",
+        fmt::format("'{}'", spec.mode));
 }
 
 Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {

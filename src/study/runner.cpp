@@ -6,9 +6,12 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <fstream>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
 #include "geometry/fnv_hash.hpp"
@@ -25,16 +28,34 @@ std::string spec_line(const RunSpec& spec) {
     return to_json_line(record);
 }
 
-/// The record in a file if it is complete and of this very run.
-std::optional<Record> finished_record(const std::filesystem::path& file, const RunSpec& spec) {
+/// The records in a file if it is complete and holds these very runs, in this order.
+std::optional<std::vector<Record>> finished_records(const std::filesystem::path& file,
+                                                    const std::vector<const PlannedRun*>& runs) {
     if (!std::filesystem::is_regular_file(file)) return std::nullopt;
+    std::vector<Record> records;
     try {
-        Record record = record_from_json_line(read_whole(file, "a record"), file.string(), 1);
-        if (spec_line(record.spec) == spec_line(spec)) return record;
+        std::istringstream stream(read_whole(file, "records"));
+        for (std::string line; std::getline(stream, line);) {
+            records.push_back(record_from_json_line(line, file.string(), 1));
+        }
     } catch (const InputError&) {
-        // Half a file or another program's: the run is simply not finished.
+        return std::nullopt;  // half a file or another program's
     }
-    return std::nullopt;
+    const auto is_of = [](const Record& record, const PlannedRun* run) {
+        return spec_line(record.spec) == spec_line(run->spec);
+    };
+    if (!std::equal(records.begin(), records.end(), runs.begin(), runs.end(), is_of)) return std::nullopt;
+    return records;
+}
+
+std::filesystem::path turn_file(std::filesystem::path output) { return output += ".turn"; }
+
+/// The run of a group that had its turn last; -1: unknown.
+std::int64_t last_turn(const std::filesystem::path& output) {
+    std::ifstream stream(turn_file(output));
+    std::int64_t index = -1;
+    stream >> index;
+    return index;
 }
 
 class Runner {
@@ -46,21 +67,45 @@ public:
         return folder_ / (run_key(run.spec, options_.time_limit_s) + ".json");
     }
 
-    /// Keeps the row of a run whose outcome is known; else starts it.
-    void start(std::size_t index, const PlannedRun& run) {
-        if (run.settled) {
-            keep(run, *run.settled, std::nullopt);
-            return;
+    /// Positions of the runs of `members` that have to be made: none when all have a record. The runs of a group are
+    /// made together again when one is missing, without those that ended their process.
+    [[nodiscard]] std::vector<std::size_t> missing(const std::vector<PlannedRun>& plan,
+                                                   const std::vector<std::size_t>& members) const {
+        std::vector<std::size_t> unmade;
+        bool all_made = true;
+        for (const std::size_t index : members) {
+            const auto made = finished_records(file_of(plan[index]), {&plan[index]});
+            all_made = all_made && made.has_value();
+            const bool ended_its_process = made && (made->front().outcome.kind == OutcomeKind::crashed ||
+                                                    made->front().outcome.kind == OutcomeKind::timed_out);
+            if (!ended_its_process && !(made && plan[index].settled)) unmade.push_back(index);
         }
-        std::filesystem::path output = file_of(run);
-        output.replace_extension(".child");
-        std::filesystem::remove(output);
-        std::filesystem::path log = output;
-        log.replace_extension(".log");
+        return all_made ? std::vector<std::size_t>{} : unmade;
+    }
+
+    /// Keeps the rows of runs whose outcome is known; starts the others in one process.
+    void start(const std::vector<PlannedRun>& plan, const std::vector<std::size_t>& members) {
+        Child child;
         std::vector<std::string> command = options_.child_command;
-        command.insert(command.end(), {"--child-run", std::to_string(index), "--child-output", output.string()});
-        children_.push_back(
-            {&run, output, log, std::make_unique<ChildProcess>(command, log, options_.time_limit_s, signals_)});
+        for (const std::size_t index : members) {
+            const PlannedRun& run = plan[index];
+            if (run.settled) {
+                keep(run, *run.settled, std::nullopt);
+                continue;
+            }
+            child.runs.push_back(&run);
+            command.insert(command.end(), {"--child-run", std::to_string(index)});
+        }
+        if (child.runs.empty()) return;
+        child.plan = plan.data();
+        child.output = file_of(*child.runs.front());
+        child.output.replace_extension(".child");
+        child.log = child.output;
+        child.log.replace_extension(".log");
+        remove_files(child);
+        command.insert(command.end(), {"--child-output", child.output.string()});
+        child.process = std::make_unique<ChildProcess>(command, child.log, options_.time_limit_s, signals_);
+        children_.push_back(std::move(child));
     }
 
     /// Waits until fewer than `most` children run, and reports the oldest once a second. False when interrupted; then
@@ -74,7 +119,7 @@ public:
                 return end.has_value();
             });
             if (children_.size() < most) return true;
-            if (options_.progress) options_.progress(static_cast<std::size_t>(done), children_.front().run);
+            if (options_.progress) options_.progress(static_cast<std::size_t>(done), children_.front().runs.front());
             double seconds = std::min(between, children_.front().process->seconds_left());
             for (const Child& child : children_) seconds = std::min(seconds, child.process->seconds_left());
             if (!SignalsHeld::wait(seconds)) continue;
@@ -87,33 +132,45 @@ public:
     void stop() {
         for (Child& child : children_) {
             child.process.reset();
-            std::filesystem::remove(child.output);
-            std::filesystem::remove(child.log);
+            remove_files(child);
         }
         children_.clear();
     }
 
 private:
     struct Child {
-        const PlannedRun* run;
+        const PlannedRun* plan = nullptr;  ///< first of the plan
+        std::vector<const PlannedRun*> runs;
         std::filesystem::path output;
         std::filesystem::path log;
         std::unique_ptr<ChildProcess> process;
     };
 
+    static void remove_files(const Child& child) {
+        for (const std::filesystem::path& file : {child.output, child.log, turn_file(child.output)}) {
+            std::filesystem::remove(file);
+        }
+    }
+
     void take(const Child& child, const ChildEnd& end) {
-        std::optional<Record> record = finished_record(child.output, child.run->spec);
-        if (!record) {
-            keep(*child.run, failure_of(end, options_.time_limit_s), std::nullopt);
+        std::optional<std::vector<Record>> records = finished_records(child.output, child.runs);
+        if (!records) {
+            // Of a group, the run that had its turn is to blame; the others are made again without it.
+            const std::int64_t turn = last_turn(child.output);
+            for (const PlannedRun* run : child.runs) {
+                if (turn >= 0 && run != child.plan + turn) continue;
+                keep(*run, failure_of(end, options_.time_limit_s), std::nullopt);
+            }
         } else {
             // A complete answer followed by a crash or a hang is still a failure of the method, with its rows.
             const bool ended_well = end.kind == ChildEnd::Kind::exited;
-            Outcome outcome = record->outcome;
-            if (!ended_well && outcome.ok()) outcome = failure_of(end, options_.time_limit_s);
-            keep(*child.run, outcome, std::move(record));
+            for (std::size_t i = 0; i < child.runs.size(); ++i) {
+                Outcome outcome = (*records)[i].outcome;
+                if (!ended_well && outcome.ok()) outcome = failure_of(end, options_.time_limit_s);
+                keep(*child.runs[i], outcome, std::move((*records)[i]));
+            }
         }
-        std::filesystem::remove(child.output);
-        std::filesystem::remove(child.log);
+        remove_files(child);
     }
 
     void keep(const PlannedRun& run, const Outcome& outcome, std::optional<Record> record) {
@@ -135,7 +192,28 @@ private:
     std::vector<Child> children_;
 };
 
+/// Runs of the plan that are made in one process, in the order of the first of each.
+std::vector<std::vector<std::size_t>> processes_of(const std::vector<PlannedRun>& plan) {
+    std::vector<std::vector<std::size_t>> processes;
+    std::map<std::string, std::size_t> by_group;
+    for (std::size_t i = 0; i < plan.size(); ++i) {
+        if (!plan[i].group.empty()) {
+            const auto [place, is_new] = by_group.emplace(plan[i].group, processes.size());
+            if (!is_new) {
+                processes[place->second].push_back(i);
+                continue;
+            }
+        }
+        processes.push_back({i});
+    }
+    return processes;
+}
+
 }  // namespace
+
+void write_turn(const std::filesystem::path& output, std::int64_t index) {
+    std::ofstream(turn_file(output)) << index << "\n";
+}
 
 std::string binary_identity() {
     std::set<std::string> files;
@@ -211,26 +289,31 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
         Runner runner(options, folder);
         const auto most = static_cast<std::size_t>(std::max(options.jobs, 1));
         // Those that may run side by side come last, so that no timed one has to wait for them to end.
+        const std::vector<std::vector<std::size_t>> processes = processes_of(plan);
         for (const bool timed : {true, false}) {
-            for (std::size_t i = 0; i < plan.size(); ++i) {
-                if (is_timed(plan[i].spec) != timed) continue;
-                if (SignalsHeld::take_interruption()) {
-                    runner.stop();
-                    result.interrupted = true;
-                    return result;
+            for (const std::vector<std::size_t>& members : processes) {
+                const PlannedRun& first = plan[members.front()];
+                if (is_timed(first.spec) != timed) continue;
+                const auto count = static_cast<std::int64_t>(members.size());
+                std::vector<std::size_t> missing = runner.missing(plan, members);
+                if (missing.empty()) result.found += count;
+                // Again without the run that ended the process of a group.
+                for (bool again = false; !missing.empty(); again = true) {
+                    if (SignalsHeld::take_interruption()) {
+                        runner.stop();
+                        result.interrupted = true;
+                        return result;
+                    }
+                    const std::int64_t done = result.found + result.made;
+                    if (options.progress) options.progress(static_cast<std::size_t>(done), &first);
+                    runner.start(plan, missing);
+                    if (!runner.wait_until_below(timed ? 1 : most, done)) {
+                        result.interrupted = true;
+                        return result;
+                    }
+                    if (!again) result.made += count;
+                    missing = count > 1 ? runner.missing(plan, members) : std::vector<std::size_t>{};
                 }
-                if (finished_record(runner.file_of(plan[i]), plan[i].spec)) {
-                    ++result.found;
-                    continue;
-                }
-                const std::int64_t done = result.found + result.made;
-                if (options.progress) options.progress(static_cast<std::size_t>(done), &plan[i]);
-                runner.start(i, plan[i]);
-                if (!runner.wait_until_below(timed ? 1 : most, done)) {
-                    result.interrupted = true;
-                    return result;
-                }
-                ++result.made;
             }
         }
         if (!runner.wait_until_below(1, result.found + result.made)) {

@@ -18,8 +18,9 @@ std::string binary_identity();
 
 struct RunnerOptions {
     std::filesystem::path directory;  ///< finished runs: directory/runs; result: directory/records.jsonl
-    /// Program and arguments to which "--child-run I --child-output FILE" is appended. The child writes the record of
-    /// run I as one JSON line to a temporary file and renames it to FILE. A run without a complete FILE counts as
+    /// Program and arguments to which "--child-run I --child-output FILE" is appended, with a --child-run for every run
+    /// of a group. The child writes a JSON line for each record, in this order, to a temporary file and renames it to
+    /// FILE. Without a complete FILE the run, or the one of the group that had its turn (write_turn), counts as
     /// crashed.
     std::vector<std::string> child_command;
     std::string binary;          ///< finished runs of another binary are ignored
@@ -42,6 +43,9 @@ struct RunnerResult {
 /// and writes no records.jsonl. Precondition: every run of `plan` is completed (complete_run). Throws InputError when
 /// another runner uses the directory.
 RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& options);
+
+/// Child process: notes which run of a group has its turn now.
+void write_turn(const std::filesystem::path& output, std::int64_t index);
 
 /// True when the report uses a time of this run, so that no other run may execute in parallel.
 bool is_timed(const RunSpec& spec);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -25,6 +26,7 @@ struct Level {
     /// For a detector in the closed loop: false = its runs are timed and not judged. They report the oracle's figures
     /// of a judged run with the same motion.
     bool judged = true;
+    std::int64_t most_triangles = 0;                ///< of a generated scene that a detector runs on; 0: no limit
     std::optional<std::string> absent_reason = {};  ///< set when this build lacks it; its runs become rows `absent`
 };
 
@@ -34,12 +36,14 @@ struct Input {
         scene,
         mesh_case,   ///< two meshes with their pairs (simulate/hard_case.hpp)
         scene_case,  ///< a scene with bounds on its figures (simulate/hard_case.hpp)
-        pair_file    ///< triangle pairs with truth, "data:PATH"
+        pair_file,   ///< triangle pairs with truth, "data:PATH"
+        generated    ///< a scene by its text (simulate/generated_scene.hpp); its detectors take turns in one process
     };
     Kind kind = Kind::scene;
-    std::string file;                               ///< relative to the study file
-    std::string name;                               ///< of a case or pair file; a scene has its own
+    std::string file = {};                          ///< relative to the study file; generated: "generated:" and text
+    std::string name = {};                          ///< of a case or pair file; a scene has its own
     std::int64_t ticks = 0;                         ///< overrides the experiment's; 0: it does not
+    std::int64_t triangles = 0;                     ///< of a generated scene
     std::map<std::string, std::string> facts = {};  ///< what the record keeps of the case
 };
 
@@ -50,7 +54,8 @@ struct Sweep {
 };
 
 /// The product inputs × detectors × responses × contact generators × steppers × values of the sweep, less what `only`
-/// of a level excludes. Every combination is a run in a process of its own.
+/// of a level excludes. Every combination is a run in a process of its own; on a generated scene, detectors take turns
+/// in one process, and the study's reference takes part twice.
 struct Experiment {
     enum class Frames : std::uint8_t {
         replay,      ///< the scene's prescribed frames: detectors alone
@@ -68,6 +73,7 @@ struct Experiment {
     std::vector<std::string> contacts;  ///< contact generators; empty: each response's own
     std::vector<std::string> steppers;  ///< as RunSpec::stepper; empty: the default one
     std::optional<Sweep> sweep;
+    std::int64_t cycles = 0;       ///< scenes repeat their motion so often (simulate/overrides.hpp); 0: not
     bool perturbed = false;        ///< every run is compared with itself under perturbations (simulate/metamorphic.hpp)
     std::int64_t ticks = 0;        ///< 0: as the scene says; at the scene's dt
     std::int64_t repetitions = 1;  ///< processes per combination; cases and pair files run once
@@ -123,6 +129,14 @@ bool is_mesh_case(const RunSpec& spec);
 /// Facts of a mesh case. `folder`: of the study file.
 SceneFacts read_case_facts(const std::filesystem::path& folder, const RunSpec& spec,
                            const std::optional<std::filesystem::path>& data);
+/// True for a run on a generated scene; the runs of one `group` are executed together.
+bool is_generated(const RunSpec& spec);
+/// Facts of a generated scene, without making it.
+SceneFacts generated_facts(const RunSpec& spec);
+/// Executes runs of one group, with `turn` as run_interleaved. Precondition: they are completed.
+std::vector<Record> make_generated_runs(const std::vector<RunSpec>& specs,
+                                        const std::function<void(std::size_t)>& turn);
+
 /// Executes a run with is_mesh_case().
 Record make_mesh_case_run(const std::filesystem::path& folder, const RunSpec& spec,
                           const std::optional<std::filesystem::path>& data);
@@ -135,6 +149,7 @@ struct PlannedRun {
     /// lacks or the response cannot read.
     std::optional<Outcome> settled;
     std::map<std::string, std::string> facts;  ///< additional facts for the record's environment
+    std::string group = {};  ///< runs with the same one take turns in one process; empty: alone in its process
     /// s, estimate for the printed plan: linear in ticks, judged ticks and triangles, fitted to the default study. Slow
     /// methods and loaded machines take several times as long.
     double rough_seconds = 0.0;

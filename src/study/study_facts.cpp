@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <set>
 
+#include "geometry/fnv_hash.hpp"
 #include "method/registry.hpp"
+#include "simulate/generated_scene.hpp"
 #include "simulate/hard_case.hpp"
+#include "simulate/interleaved.hpp"
 #include "study/study.hpp"
 
 namespace trocar {
@@ -99,6 +102,45 @@ SceneFacts read_case_facts(const std::filesystem::path& folder, const RunSpec& s
         facts.lacks_data = !family || !std::filesystem::is_regular_file(*family);
     }
     return facts;
+}
+
+namespace {
+
+constexpr std::string_view generated_prefix = "generated:";
+
+std::string generated_text(const RunSpec& spec) { return spec.scene_file.substr(generated_prefix.size()); }
+
+}  // namespace
+
+bool is_generated(const RunSpec& spec) { return spec.scene_file.starts_with(generated_prefix); }
+
+SceneFacts generated_facts(const RunSpec& spec) {
+    const GeneratedSceneFacts generated = generated_scene_facts(generated_text(spec));
+    FnvHash hash;
+    hash.add_text(generated.text);
+    constexpr std::int64_t usual_ticks = 160;
+    return {.name = generated.name,
+            .hash = hash.text(),
+            .pair_class = generated.pair_class,
+            .ticks = usual_ticks,
+            .dt = GeneratedScene::dt,
+            .triangles = generated.triangles};
+}
+
+std::vector<Record> make_generated_runs(const std::vector<RunSpec>& specs,
+                                        const std::function<void(std::size_t)>& turn) {
+    const std::unique_ptr<GeneratedScene> scene =
+        make_generated_scene(generated_text(specs.front()), specs.front().seed);
+    std::vector<InterleavedRun> runs;
+    for (const RunSpec& spec : specs) runs.push_back(interleaved_run(spec));
+    std::vector<Record> records = run_interleaved(*scene, runs, turn);
+    const GeneratedSceneFacts facts = generated_scene_facts(generated_text(specs.front()));
+    for (Record& record : records) {
+        record.environment["run.dt_s"] = fmt::format("{}", GeneratedScene::dt);
+        record.environment["scene.family"] = facts.family;
+        record.environment["scene.triangles"] = fmt::format("{}", scene->topology().triangle_count());
+    }
+    return records;
 }
 
 Record make_mesh_case_run(const std::filesystem::path& folder, const RunSpec& spec,

@@ -8,6 +8,7 @@
 #include "geometry/whole_file.hpp"
 #include "method/device.hpp"
 #include "scene/json_node.hpp"
+#include "simulate/generated_scene.hpp"
 #include "simulate/hard_case.hpp"
 #include "simulate/overrides.hpp"
 #include "study/study.hpp"
@@ -41,6 +42,16 @@ void read_choices(const JsonNode& node, Experiment& experiment) {
         }
         if (const auto chosen = responses[i].find("contacts")) only["contacts"] = read_contact_generators(*chosen);
         if (const auto chosen = responses[i].find("steppers")) only["steppers"] = read_steppers(*chosen);
+    }
+}
+
+/// Largest generated scene of every detector that has one.
+void read_limits(const JsonNode& detectors, Experiment& experiment) {
+    if (names_all(detectors)) return;
+    const std::vector<JsonNode> items = items_of(detectors);
+    for (std::size_t i = 0; i < items.size(); ++i) {
+        if (items[i].is_text() || !items[i].has("most_triangles")) continue;
+        experiment.detectors[i].most_triangles = count_of(items[i].at("most_triangles"));
     }
 }
 
@@ -118,19 +129,45 @@ void add_pair_files(const JsonNode& node, Experiment& experiment) {
     for (const JsonNode& item : items_of(node)) {
         const std::string file = item.text();
         if (file.rfind("data:", 0) != 0) item.fail("data:PATH");
-        experiment.inputs.push_back({Input::Kind::pair_file, file, std::filesystem::path(file).stem().string(), 1, {}});
+        experiment.inputs.push_back({.kind = Input::Kind::pair_file,
+                                     .file = file,
+                                     .name = std::filesystem::path(file).stem().string(),
+                                     .ticks = 1});
+    }
+}
+
+void add_generated_scenes(const JsonNode& node, Experiment& experiment) {
+    for (const JsonNode& item : items_of(node)) {
+        Input input{.kind = Input::Kind::generated};
+        try {
+            const GeneratedSceneFacts facts = generated_scene_facts(item.text());
+            input.file = "generated:" + facts.text;
+            input.name = facts.name;
+            input.triangles = facts.triangles;
+        } catch (const InputError& error) {
+            item.fail("a generated scene of trocar list", error.what());
+        }
+        for (const Input& other : experiment.inputs) {
+            if (other.name == input.name) item.fail("each scene once", item.text() + " again");
+        }
+        experiment.inputs.push_back(std::move(input));
     }
 }
 
 void read_inputs(const JsonNode& node, const SceneFiles& files, Experiment& experiment) {
     if (node.has("scenes")) {
         for (const std::string& scene : read_scenes(node.at("scenes"), files)) {
-            experiment.inputs.push_back({Input::Kind::scene, scene, {}, 0, {}});
+            experiment.inputs.push_back({.kind = Input::Kind::scene, .file = scene});
         }
     }
     if (node.has("cases")) add_cases(node.at("cases"), files.study, experiment);
     if (node.has("pair_files")) add_pair_files(node.at("pair_files"), experiment);
-    if (experiment.inputs.empty()) node.fail("inputs: one of the keys scenes, cases, pair_files", "none");
+    if (node.has("generated")) {
+        // Frames of other inputs follow one another, so that detectors cannot take turns on them.
+        if (!experiment.inputs.empty()) node.at("generated").fail("generated scenes alone", "other inputs beside them");
+        add_generated_scenes(node.at("generated"), experiment);
+    }
+    if (experiment.inputs.empty()) node.fail("inputs: one of the keys scenes, cases, pair_files, generated", "none");
 }
 
 /// Keys that have a meaning beside the frames, the clock and the perturbations that the experiment names.
@@ -143,7 +180,7 @@ std::vector<std::string> keys_of(const Experiment& experiment) {
     if (experiment.frames == closed_loop) add({"responses", "contacts", "steppers"});
     if (paced || experiment.perturbed) return keys;
     add({"cases", "sweep", "truth_stride"});
-    if (experiment.frames == replay) add({"pair_files", "between_ticks"});
+    if (experiment.frames == replay) add({"pair_files", "between_ticks", "generated", "contacts", "cycles"});
     if (experiment.frames == closed_loop) add({"detail_stride"});
     return keys;
 }
@@ -153,6 +190,7 @@ Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::i
     const std::string frames = node.at("frames").word({"replay", "closed_loop"});
     if (frames == "closed_loop") experiment.frames = closed_loop;
     if (node.has("perturbed")) experiment.perturbed = node.at("perturbed").flag();
+    const bool generated = node.has("generated");
     const bool paced = node.has("clock") && node.at("clock").word({"back_to_back", "paced"}) == "paced";
     if (paced) experiment.clock = Experiment::Clock::paced;
     if (paced && experiment.frames == replay) node.at("clock").fail("back_to_back: a replay is not paced");
@@ -163,13 +201,24 @@ Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::i
     std::vector<std::string> inputs;
     for (const Input& input : experiment.inputs) inputs.push_back(input.file);
     const bool is_loop = experiment.frames == closed_loop;
-    const std::vector<std::string> of_detector =
-        is_loop ? std::vector<std::string>{"judged"} : std::vector<std::string>{};
+    const std::vector<std::string> of_detector = is_loop     ? std::vector<std::string>{"judged"}
+                                                 : generated ? std::vector<std::string>{"most_triangles"}
+                                                             : std::vector<std::string>{};
     experiment.detectors = read_methods(node.at("detectors"), true, inputs, of_detector);
     if (is_loop) {
         experiment.responses = read_methods(node.at("responses"), false, inputs, {"detectors", "contacts", "steppers"});
         read_choices(node, experiment);
     }
+    if (!is_loop) read_limits(node.at("detectors"), experiment);
+    if (!is_loop && !generated && node.has("contacts")) {
+        node.at("contacts").fail("no contact generators in a replay, but on generated scenes", "a list");
+    }
+    if (generated) {
+        for (const char* key : {"cycles", "truth_stride", "between_ticks", "repetitions"}) {
+            if (node.has(key)) node.at(key).fail("a key of scenes that are no generated ones", key);
+        }
+    }
+    if (node.has("cycles")) experiment.cycles = node.at("cycles").integer(1, 1000);
     if (node.has("contacts")) experiment.contacts = read_contact_generators(node.at("contacts"));
     if (node.has("steppers")) experiment.steppers = read_steppers(node.at("steppers"));
     if (node.has("sweep")) experiment.sweep = read_sweep(node.at("sweep"), experiment);
@@ -246,8 +295,10 @@ std::vector<std::string> reference_notes(const Study& study) {
     for (const Experiment& experiment : study.experiments) {
         ++number;
         // Ratios of times are taken on replays, else on judged closed loops.
-        if (experiment.sweep || experiment.perturbed || experiment.truth_stride == 0) continue;
-        if (experiment.clock == Experiment::Clock::paced || experiment.inputs.front().kind != Input::Kind::scene)
+        if (experiment.sweep || experiment.perturbed || experiment.cycles > 0 || experiment.truth_stride == 0) continue;
+        const Input::Kind kind = experiment.inputs.front().kind;
+        if (experiment.clock == Experiment::Clock::paced ||
+            (kind != Input::Kind::scene && kind != Input::Kind::generated))
             continue;
         if (any_replay != (experiment.frames == replay)) continue;
         const auto found = std::find_if(experiment.detectors.begin(), experiment.detectors.end(),

@@ -61,9 +61,9 @@ bool runs_with(const Level& level, const std::string& factor, const std::string&
     return own == level.only.end() || std::find(own->second.begin(), own->second.end(), one) != own->second.end();
 }
 
-/// Contact generators of a response; of a detector alone, the empty one.
+/// Contact generators of a response; of a detector alone, those whose query distance it is asked for, or the empty one.
 std::vector<std::string> generators_of(const Experiment& experiment, const Level& response) {
-    if (response.text.empty()) return {""};
+    if (response.text.empty()) return experiment.contacts.empty() ? std::vector<std::string>{""} : experiment.contacts;
     const std::vector<std::string>& chosen = levels_of(response, "contacts", experiment.contacts);
     return chosen.empty() ? std::vector<std::string>{own_contact_generator(response)} : chosen;
 }
@@ -71,9 +71,10 @@ std::vector<std::string> generators_of(const Experiment& experiment, const Level
 /// What a run is to the report. Sections select runs by it.
 std::string mode_of(const Experiment& experiment, Input::Kind input) {
     if (experiment.perturbed) return "metamorphic";
-    if (input != Input::Kind::scene) return "hard_case";
+    if (input != Input::Kind::scene && input != Input::Kind::generated) return "hard_case";
     if (experiment.clock == Experiment::Clock::paced) return "paced";
     if (experiment.sweep) return "work_precision";
+    if (experiment.cycles > 0) return "repeated_motion";
     if (experiment.frames == Experiment::Frames::replay) return "replay";
     return experiment.truth_stride == 0 ? "cost_by_size" : "closed_loop";
 }
@@ -104,6 +105,7 @@ void set_input(const Experiment& experiment, const Input& input, PlannedRun& run
     run.spec.scene = input.name.empty() ? std::filesystem::path(input.file).stem().string() : input.name;
     if (input.ticks > 0) run.spec.ticks = input.ticks;
     run.facts = input.facts;
+    if (experiment.cycles > 0) run.spec.overrides = fmt::format("cycles={}", experiment.cycles);
     if (run.spec.mode == "replay") run.spec.between_ticks = experiment.between_ticks;
     if (run.spec.mode == "closed_loop") {
         run.spec.detail_stride = experiment.detail_stride;
@@ -124,7 +126,7 @@ PlannedRun with_value(PlannedRun run, const std::string& knob, const std::string
     const std::string key = knob.substr(std::min(knob.find('.') + 1, knob.size()));
     if (owner == "detector") run.detector = with_parameter(run.detector, key, value);
     if (owner == "response") run.response = with_parameter(run.response, key, value);
-    if (owner == knob) run.spec.overrides = knob + "=" + value;
+    if (owner == knob) run.spec.overrides += (run.spec.overrides.empty() ? "" : ",") + knob + "=" + value;
     run.spec.detector = run.detector.text;
     run.spec.response = run.response.text;
     run.spec.knob = knob;
@@ -141,6 +143,7 @@ void add_unsupported(PlannedRun run, const std::string& reason, std::vector<Plan
 /// Combinations of contact generators with responses that cannot read them, and with detectors that lack them.
 void add_without_contacts(const Study& study, const Experiment& experiment, std::vector<PlannedRun>& runs) {
     std::vector<std::string> generators;
+    if (experiment.responses.empty()) generators = experiment.contacts;
     for (const Level& response : experiment.responses) {
         for (const std::string& contacts : generators_of(experiment, response)) {
             if (const std::string reason = unreadable(response, contacts); !reason.empty()) {
@@ -184,18 +187,27 @@ void add_experiment(const Study& study, const Experiment& experiment, std::int64
     const bool alone = experiment.responses.empty();
     if (repetition == 0) add_without_contacts(study, experiment, runs);
     for (const Input& input : experiment.inputs) {
-        if (repetition > 0 && input.kind != Input::Kind::scene) continue;  // the clock is no part of the answer
+        // Cases: the clock is no part of the answer. Generated scenes: the reference alone takes part twice.
+        if (repetition > 0 && input.kind != Input::Kind::scene) continue;
         for (const Level& detector : experiment.detectors) {
             if (!runs_with(detector, "inputs", input.file)) continue;
+            if (detector.most_triangles > 0 && input.triangles > detector.most_triangles) continue;
             for (const Level& response : alone ? none : experiment.responses) {
                 if (!runs_with(response, "inputs", input.file)) continue;
                 if (!runs_with(response, "detectors", detector.text)) continue;
                 for (const std::string& contacts : generators_of(experiment, response)) {
-                    if (!alone && !(unreadable(response, contacts).empty() && unreported(detector, contacts).empty())) {
-                        continue;
-                    }
+                    if (!alone && !unreadable(response, contacts).empty()) continue;
+                    if (!contacts.empty() && !unreported(detector, contacts).empty()) continue;
                     PlannedRun run = planned(study, experiment, repetition, detector, response, contacts);
                     set_input(experiment, input, run);
+                    if (input.kind == Input::Kind::generated) {
+                        run.group = fmt::format("{} {}", &experiment - study.experiments.data(), input.file);
+                        if (detector.text == study.reference && !experiment.sweep) {
+                            PlannedRun again = run;
+                            again.spec.repetition = 1;
+                            add_combination(experiment, again, runs);
+                        }
+                    }
                     if (!run.settled || repetition == 0) add_combination(experiment, run, runs);
                 }
             }
@@ -206,6 +218,7 @@ void add_experiment(const Study& study, const Experiment& experiment, std::int64
 double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {
     const auto ticks = static_cast<double>(spec.ticks);
     const auto triangles = static_cast<double>(facts.triangles);
+    if (is_generated(spec)) return 1.0 + 1e-5 * triangles;
     constexpr double start = 0.05;            // s, process and scene
     constexpr double tick = 1.0e-4;           // s
     constexpr double tick_triangle = 1.0e-7;  // s per triangle

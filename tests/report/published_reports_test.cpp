@@ -15,7 +15,7 @@ namespace {
 
 const std::filesystem::path published = std::filesystem::path(TROCAR_SOURCE_DIR) / "reports";
 
-/// Folders of reports/ with records. The others hold results alone, and what the far field bench writes.
+/// Folders of reports/ with records. The others hold results alone, and what trocar_far_field writes.
 std::vector<std::string> reports_with_records() {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(published)) {
@@ -28,13 +28,10 @@ std::vector<std::string> reports_with_records() {
 class PublishedReport : public testing::TestWithParam<std::string> {};
 
 TEST_P(PublishedReport, EqualsItsRebuild) {
-    const bool of_bench = GetParam() == "detection";
-    const std::string program = of_bench ? TROCAR_BENCH : TROCAR_PROGRAM;
-    if (program.empty()) GTEST_SKIP() << "skipped: built without trocar_bench";
     const test::TemporaryFolder folder;
     const std::filesystem::path copy = folder.path() / GetParam();
     std::filesystem::copy(published / GetParam(), copy, std::filesystem::copy_options::recursive);
-    test::run_successfully("report " + copy.string(), program);
+    test::run_successfully("report " + copy.string());
     const std::map<std::string, std::string> before = test::files_below(published / GetParam());
     const std::map<std::string, std::string> after = test::files_below(copy);
     EXPECT_EQ(before.size(), after.size());

@@ -211,6 +211,75 @@ TEST_F(RunnerTest, InterruptedStudyGoesOnWhereItStopped) {
     EXPECT_EQ(started(), "0 1 2 2 3 ");
 }
 
+/// Runs 1 to 3 are a group. The script has the records of all its runs ready, and notes whose turn it is.
+class GroupTest : public RunnerTest {
+protected:
+    GroupTest() {
+        for (std::size_t i = 1; i < plan_.size(); ++i) plan_[i].group = "g";
+    }
+    /// `special`: lines of a shell `case` on the number of a run, at its turn.
+    RunnerOptions group_options(const std::string& special, double time_limit_s = 20.0) {
+        RunnerOptions all = options("", time_limit_s);
+        std::ofstream(all.child_command.back())
+            << "ids=\nwhile [ $# -gt 0 ]; do case $1 in --child-run) ids=\"$ids$2 \";; --child-output) out=$2;; esac; "
+               "shift 2; done\nprepared="
+            << prepared().string()
+            << "\necho \"[$ids]\" >>$prepared/log\nfor i in $ids; do echo $i >$out.turn\ncase $i in\n"
+            << special
+            << "\nesac\ndone\nfor i in $ids; do cat $prepared/$i.json; done >$out.part && mv $out.part $out\n";
+        return all;
+    }
+};
+
+TEST_F(GroupTest, RunsOfAGroupAreMadeInOneProcessAndComeInPlanOrder) {
+    EXPECT_EQ(run_plan(plan_, group_options("")).made, 4);
+    EXPECT_EQ(started(), "[0 ] [1 2 3 ] ");
+    const std::vector<Record> all = records();
+    ASSERT_EQ(all.size(), 4U);
+    for (std::size_t i = 0; i < 4; ++i) EXPECT_EQ(all[i].summary.at(Metric::ticks), static_cast<double>(i));
+    EXPECT_EQ(run_plan(plan_, group_options("")).found, 4);
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(output())) {
+        EXPECT_NE(entry.path().extension(), ".turn");
+        EXPECT_NE(entry.path().extension(), ".child");
+    }
+}
+
+TEST_F(GroupTest, TheRunWhoseTurnItWasHasCrashedAndTheOthersAreMadeAgain) {
+    const RunnerResult result = run_plan(plan_, group_options("2) kill -SEGV $$;;"));
+    EXPECT_EQ(result.made, 4);
+    EXPECT_EQ(started(), "[0 ] [1 2 3 ] [1 3 ] ");
+    const std::vector<Record> all = records();
+    EXPECT_EQ(all[2].outcome.kind, OutcomeKind::crashed);
+    for (const std::size_t i : {0U, 1U, 3U}) EXPECT_TRUE(all[i].outcome.ok()) << i;
+    EXPECT_EQ(run_plan(plan_, group_options("")).found, 4) << "a crash is an answer";
+}
+
+TEST_F(GroupTest, AGroupThatEndsBeforeAnyTurnFailsWhole) {
+    RunnerOptions early = group_options("");
+    std::ofstream(early.child_command.back()) << "exit 3\n";
+    run_plan(plan_, early);
+    for (const Record& record : records()) EXPECT_EQ(record.outcome.kind, OutcomeKind::crashed);
+}
+
+TEST_F(GroupTest, AHangIsThatOfTheRunWhoseTurnItWas) {
+    run_plan(plan_, group_options("3) sleep 60;;", 0.5));
+    const std::vector<Record> all = records();
+    EXPECT_EQ(all[3].outcome.kind, OutcomeKind::timed_out);
+    EXPECT_TRUE(all[1].outcome.ok());
+    EXPECT_TRUE(all[2].outcome.ok());
+}
+
+TEST_F(GroupTest, AMissingRecordOfAGroupIsMadeAgainWithAllOthers) {
+    plan_[1].settled = Outcome{OutcomeKind::absent, "not built"};
+    run_plan(plan_, group_options(""));
+    EXPECT_EQ(started(), "[0 ] [2 3 ] ");
+    EXPECT_EQ(records()[1].outcome.kind, OutcomeKind::absent);
+    const std::filesystem::path lost = output() / "runs" / "binary_1" / (run_key(plan_[3].spec, 20.0) + ".json");
+    ASSERT_TRUE(std::filesystem::remove(lost));
+    run_plan(plan_, group_options(""));
+    EXPECT_EQ(started(), "[0 ] [2 3 ] [2 3 ] ");
+}
+
 TEST_F(RunnerTest, FailedRunsAreFinishedToo) {
     run_plan(plan_, options("1) kill -SEGV $$;;"));
     EXPECT_EQ(run_plan(plan_, options("")).found, 4);

@@ -76,6 +76,67 @@ TEST_F(StudyFile, AllStandsForEveryMethodAndAPatternForWhatFitsIt) {
               std::string::npos);
 }
 
+TEST_F(StudyFile, GeneratedScenesAreOneGroupEachAndTheReferenceTakesPartTwice) {
+    const Study study = read(study_of({replay + R"("generated":["balls:count=4","instrument_in_tissue"],"ticks":40,
+        "contacts":["intersection","tracked_proximity"],
+        "detectors":["ohc",{"method":"brute_force","most_triangles":2000}])"},
+                                      R"("reference":"ohc",)"));
+    std::map<std::string, std::multiset<std::string>> groups;
+    for (PlannedRun run : make_plan(study)) {
+        ASSERT_TRUE(is_generated(run.spec));
+        complete_run(generated_facts(run.spec), run);
+        EXPECT_EQ(run.spec.mode, "replay");
+        EXPECT_EQ(run.spec.ticks, 40);
+        groups[run.group + "|" + run.spec.scene].insert(
+            fmt::format("{} {} {}", run.spec.detector, run.spec.contacts, run.spec.repetition));
+    }
+    ASSERT_EQ(groups.size(), 2U) << "one process per scene";
+    const std::multiset<std::string> ohc{"ohc intersection 0", "ohc intersection 1", "ohc tracked_proximity 0",
+                                         "ohc tracked_proximity 1"};
+    std::multiset<std::string> both = ohc;
+    both.insert("brute_force intersection 0");
+    for (const auto& [group, runs] : groups) {
+        const bool small = group.ends_with("4 balls");
+        EXPECT_TRUE(small || group.ends_with("light 20k x 2k")) << group;
+        std::multiset<std::string> expected = small ? both : ohc;
+        if (small && registry().detector("brute_force").query_distance) {
+            expected.insert("brute_force tracked_proximity 0");
+        }
+        EXPECT_EQ(runs, expected) << group;
+    }
+}
+
+TEST_F(StudyFile, GeneratedScenesHaveKeysOfTheirOwn) {
+    const std::string generated = replay + R"("generated":["balls"],"detectors":["ohc"])";
+    EXPECT_NO_THROW((void)read(study_of({generated})));
+    const auto expect = [this](const std::string& experiment, const std::string& text) {
+        EXPECT_NE(complaint(study_of({experiment})).find(text), std::string::npos) << experiment << "\n"
+                                                                                   << complaint(study_of({experiment}));
+    };
+    expect(generated + R"(,"scenes":["a.json"])", "/experiments/0/generated: expected generated scenes alone");
+    expect(generated + R"(,"truth_stride":4)", "/experiments/0/truth_stride: expected a key of scenes");
+    expect(generated + R"(,"cycles":4)", "/experiments/0/cycles: expected a key of scenes");
+    expect(replay + R"("generated":["balls:count=1"],"detectors":["ohc"])", "/experiments/0/generated/0");
+    expect(replay + R"("generated":["cube"],"detectors":["ohc"])", "instrument_in_tissue or balls");
+    expect(replay + R"("generated":["balls","balls:count=16"],"detectors":["ohc"])", "each scene once");
+    expect(replay + R"("generated":["instrument_in_tissue:instruments=3"],"detectors":["ohc"])", "at most two");
+    expect(replay + R"("scenes":["a.json"],"contacts":["native"],"detectors":["ohc"])",
+           "/experiments/0/contacts: expected no contact generators in a replay");
+    expect(replay + R"("scenes":["a.json"],"detectors":[{"method":"ohc","most_triangles":3}])", "most_triangles");
+    expect(closed_loop + R"("generated":["balls"],"detectors":["ohc"],"responses":["penalty"])", "generated");
+}
+
+TEST_F(StudyFile, CyclesRepeatTheMotionOfAReplay) {
+    const Study study = read(study_of({replay + R"("scenes":["a.json"],"detectors":["ohc"],"cycles":7,"ticks":500)"}));
+    const std::vector<PlannedRun> plan = make_plan(study);
+    ASSERT_EQ(plan.size(), 1U);
+    EXPECT_EQ(plan[0].spec.mode, "repeated_motion");
+    EXPECT_EQ(plan[0].spec.overrides, "cycles=7");
+    EXPECT_EQ(plan[0].spec.ticks, 500);
+    EXPECT_TRUE(plan[0].group.empty());
+    EXPECT_NE(complaint(study_of({press + R"(,"cycles":7)"})).find("cycles"), std::string::npos);
+}
+
 TEST_F(StudyFile, EveryResponseRunsOnItsOwnContactsUnlessTheyAreNamed) {
     const auto sources = [](const Study& study) {
         std::map<std::string, std::set<std::string>> found;

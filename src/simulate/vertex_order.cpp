@@ -1,11 +1,11 @@
-#include "vertex_order.hpp"
+#include "simulate/vertex_order.hpp"
 
 #include <algorithm>
 #include <numeric>
 #include <utility>
 #include <vector>
 
-namespace trocar::bench {
+namespace trocar {
 namespace {
 
 /// Spreads the low 21 bits so that two free bits follow each.
@@ -88,4 +88,4 @@ std::vector<Index> shuffle(Surface& surface, Random& random) {
     return order;
 }
 
-}  // namespace trocar::bench
+}  // namespace trocar

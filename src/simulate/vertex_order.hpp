@@ -7,7 +7,7 @@
 #include "geometry/types.hpp"
 #include "scene/shapes.hpp"
 
-namespace trocar::bench {
+namespace trocar {
 
 /// Sorts vertices along the Morton curve of their positions, and triangles along that of their centres. Entry k of the
 /// result is the old number of vertex k.
@@ -16,4 +16,4 @@ std::vector<Index> renumber_along_curve(Surface& surface);
 /// Random permutation of both; result as above.
 std::vector<Index> shuffle(Surface& surface, Random& random);
 
-}  // namespace trocar::bench
+}  // namespace trocar

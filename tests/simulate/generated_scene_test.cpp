@@ -1,4 +1,4 @@
-// The benchmark's scenes are what their names say: the same bits for the same specification, closed surfaces, moving
+// Generated scenes are what their names say: the same bits for the same specification, closed surfaces, moving
 // everywhere, and touching as much as the targets assume. Pairs are counted by the exact oracle, never by a method.
 #include <gtest/gtest.h>
 
@@ -10,19 +10,19 @@
 #include <utility>
 #include <vector>
 
-#include "bench/scenes.hpp"
 #include "measure/pair_truth.hpp"
+#include "simulate/generated_scene.hpp"
 
-namespace trocar::bench {
+namespace trocar {
 namespace {
 
-Frame frame_of(const ContactScene& scene, std::int64_t step) {
+Frame frame_of(const InstrumentInTissue& scene, std::int64_t step) {
     Frame frame;
     scene.write(step, frame);
     return frame;
 }
 
-std::size_t pairs_at(const ContactScene& scene, std::int64_t step) {
+std::size_t pairs_at(const InstrumentInTissue& scene, std::int64_t step) {
     std::vector<TrianglePair> pairs;
     true_pairs(scene.topology(), frame_of(scene, step), pairs);
     return pairs.size();
@@ -52,8 +52,8 @@ bool is_closed(const Topology& topology) {
     });
 }
 
-std::vector<SceneSpec> one_of_each() {
-    std::vector<SceneSpec> specs;
+std::vector<InstrumentInTissueSpec> one_of_each() {
+    std::vector<InstrumentInTissueSpec> specs;
     for (const Variant variant : {Variant::light, Variant::deep, Variant::near, Variant::far, Variant::rotating,
                                   Variant::strain, Variant::local}) {
         specs.push_back({.variant = variant, .tissue_triangles = 2000, .instrument_triangles = 500});
@@ -64,10 +64,10 @@ std::vector<SceneSpec> one_of_each() {
     return specs;
 }
 
-TEST(BenchScenes, SameSpecificationGivesTheSameBitsInAnyOrderOfSteps) {
-    for (const SceneSpec& spec : one_of_each()) {
-        const ContactScene first(spec);
-        const ContactScene second(spec);
+TEST(GeneratedScene, SameSpecificationGivesTheSameBitsInAnyOrderOfSteps) {
+    for (const InstrumentInTissueSpec& spec : one_of_each()) {
+        const InstrumentInTissue first(spec);
+        const InstrumentInTissue second(spec);
         Frame running;
         std::vector<std::uint64_t> hashes;
         for (std::int64_t step = 0; step < 4; ++step) {
@@ -84,24 +84,24 @@ TEST(BenchScenes, SameSpecificationGivesTheSameBitsInAnyOrderOfSteps) {
     }
 }
 
-TEST(BenchScenes, AnotherSeedGivesOtherBits) {
-    const ContactScene first({.tissue_triangles = 2000, .instrument_triangles = 500, .seed = 1});
-    const ContactScene second({.tissue_triangles = 2000, .instrument_triangles = 500, .seed = 2});
+TEST(GeneratedScene, AnotherSeedGivesOtherBits) {
+    const InstrumentInTissue first({.tissue_triangles = 2000, .instrument_triangles = 500, .seed = 1});
+    const InstrumentInTissue second({.tissue_triangles = 2000, .instrument_triangles = 500, .seed = 2});
     EXPECT_NE(frame_of(first, 0).hash(), frame_of(second, 0).hash());
 }
 
-TEST(BenchScenes, TriangleCountsAreTheOnesAskedFor) {
+TEST(GeneratedScene, TriangleCountsAreTheOnesAskedFor) {
     for (const auto& [n, m] : {std::pair{2000, 500}, {20000, 2000}, {200000, 10000}}) {
-        const ContactScene scene({.tissue_triangles = n, .instrument_triangles = m});
+        const InstrumentInTissue scene({.tissue_triangles = n, .instrument_triangles = m});
         ASSERT_EQ(scene.topology().body_count(), 2);
         EXPECT_NEAR(scene.topology().bodies[0].triangles.count, m, 0.15 * m);
         EXPECT_NEAR(scene.topology().bodies[1].triangles.count, n, 0.05 * n);
     }
 }
 
-TEST(BenchScenes, BodiesAreClosedAndTurnedOutward) {
-    for (const SceneSpec& spec : one_of_each()) {
-        const ContactScene scene(spec);
+TEST(GeneratedScene, BodiesAreClosedAndTurnedOutward) {
+    for (const InstrumentInTissueSpec& spec : one_of_each()) {
+        const InstrumentInTissue scene(spec);
         EXPECT_TRUE(is_closed(scene.topology())) << spec.name();
         const Frame frame = frame_of(scene, 5);
         for (const BodyRange& body : scene.topology().bodies) {
@@ -117,10 +117,10 @@ TEST(BenchScenes, BodiesAreClosedAndTurnedOutward) {
     }
 }
 
-TEST(BenchScenes, ReorderingMovesNothing) {
+TEST(GeneratedScene, ReorderingMovesNothing) {
     std::array<std::vector<std::array<double, 3>>, 3> corners;
     for (const VertexOrder order : {VertexOrder::renumbered, VertexOrder::generated, VertexOrder::shuffled}) {
-        const ContactScene scene({.tissue_triangles = 2000, .instrument_triangles = 500, .order = order});
+        const InstrumentInTissue scene({.tissue_triangles = 2000, .instrument_triangles = 500, .order = order});
         const Frame frame = frame_of(scene, 3);
         const Range instrument = scene.topology().bodies[0].triangles;
         auto& list = corners.at(static_cast<std::size_t>(order));
@@ -136,9 +136,9 @@ TEST(BenchScenes, ReorderingMovesNothing) {
     EXPECT_EQ(corners[0], corners[2]);
 }
 
-TEST(BenchScenes, EveryTissueVertexMovesEveryStepUnlessLocal) {
-    for (const SceneSpec& spec : one_of_each()) {
-        const ContactScene scene(spec);
+TEST(GeneratedScene, EveryTissueVertexMovesEveryStepUnlessLocal) {
+    for (const InstrumentInTissueSpec& spec : one_of_each()) {
+        const InstrumentInTissue scene(spec);
         const Frame frame = frame_of(scene, 7);
         std::vector<std::uint8_t> may_move(static_cast<std::size_t>(frame.position.cols()), frame.moved ? 0 : 1);
         if (frame.moved) {
@@ -161,9 +161,9 @@ TEST(BenchScenes, EveryTissueVertexMovesEveryStepUnlessLocal) {
     }
 }
 
-TEST(BenchScenes, LightContactHasThePairsThatTheTargetsAssume) {
+TEST(GeneratedScene, LightContactHasThePairsThatTheTargetsAssume) {
     for (const Index n : {2000, 20000, 200000}) {
-        const ContactScene scene({.tissue_triangles = n, .instrument_triangles = 2000});
+        const InstrumentInTissue scene({.tissue_triangles = n, .instrument_triangles = 2000});
         for (const std::int64_t step : {0, 17, 41}) {
             const std::size_t pairs = pairs_at(scene, step);
             EXPECT_GE(pairs, 170U) << n << " triangles, step " << step;
@@ -172,15 +172,15 @@ TEST(BenchScenes, LightContactHasThePairsThatTheTargetsAssume) {
     }
 }
 
-TEST(BenchScenes, DeepHasManyMorePairsNearAndFarHaveNone) {
-    const SceneSpec base{.tissue_triangles = 20000, .instrument_triangles = 2000};
+TEST(GeneratedScene, DeepHasManyMorePairsNearAndFarHaveNone) {
+    const InstrumentInTissueSpec base{.tissue_triangles = 20000, .instrument_triangles = 2000};
     for (const std::int64_t step : {0, 17, 41}) {
-        SceneSpec spec = base;
+        InstrumentInTissueSpec spec = base;
         spec.variant = Variant::deep;
-        EXPECT_GT(pairs_at(ContactScene(spec), step), 500U);
+        EXPECT_GT(pairs_at(InstrumentInTissue(spec), step), 500U);
         for (const auto& [variant, boxes_meet] : {std::pair{Variant::near, true}, {Variant::far, false}}) {
             spec.variant = variant;
-            const ContactScene scene(spec);
+            const InstrumentInTissue scene(spec);
             EXPECT_EQ(pairs_at(scene, step), 0U) << spec.name();
             const Frame frame = frame_of(scene, step);
             std::array<Box, 2> boxes;
@@ -192,8 +192,8 @@ TEST(BenchScenes, DeepHasManyMorePairsNearAndFarHaveNone) {
     }
 }
 
-TEST(BenchScenes, StrainReachesTwentyPercent) {
-    const ContactScene scene({.variant = Variant::strain, .tissue_triangles = 2000, .instrument_triangles = 500});
+TEST(GeneratedScene, StrainReachesTwentyPercent) {
+    const InstrumentInTissue scene({.variant = Variant::strain, .tissue_triangles = 2000, .instrument_triangles = 500});
     const auto width = [&scene](std::int64_t step) {
         const Frame frame = frame_of(scene, step);
         const Range tissue = scene.topology().bodies[1].vertices;
@@ -203,8 +203,9 @@ TEST(BenchScenes, StrainReachesTwentyPercent) {
     EXPECT_NEAR(width(32) / width(0), 1.2, 0.01);
 }
 
-TEST(BenchScenes, EveryInstrumentOfAMultiBodySceneTouchesItsTissue) {
-    const ContactScene scene({.tissue_triangles = 2000, .instrument_triangles = 500, .tissues = 5, .instruments = 10});
+TEST(GeneratedScene, EveryInstrumentOfAMultiBodySceneTouchesItsTissue) {
+    const InstrumentInTissue scene(
+        {.tissue_triangles = 2000, .instrument_triangles = 500, .tissues = 5, .instruments = 10});
     std::vector<TrianglePair> pairs;
     true_pairs(scene.topology(), frame_of(scene, 9), pairs);
     std::map<std::pair<Index, Index>, int> count;
@@ -220,9 +221,9 @@ TEST(BenchScenes, EveryInstrumentOfAMultiBodySceneTouchesItsTissue) {
     }
 }
 
-TEST(BenchScenes, ManyBodiesTouchOnlyNeighbours) {
+TEST(GeneratedScene, BallsTouchOnlyNeighbours) {
     for (const Index count : {2, 8, 64}) {
-        const ManyBodies scene(count, 200, 1);
+        const Balls scene(count, 200, 1);
         EXPECT_TRUE(is_closed(scene.topology()));
         Frame frame;
         scene.write(11, frame);
@@ -240,5 +241,35 @@ TEST(BenchScenes, ManyBodiesTouchOnlyNeighbours) {
     }
 }
 
+TEST(GeneratedScene, ATextGivesTheSceneThatItsSettingsSay) {
+    const std::string text =
+        "instrument_in_tissue:tissues=2,tissue_triangles=2000,instruments=3,instrument_triangles=500";
+    const GeneratedSceneFacts facts = generated_scene_facts(text);
+    EXPECT_EQ(facts.name, "light 2 x 2k + 3 x 500");
+    EXPECT_EQ(facts.text,
+              "instrument_in_tissue:instrument_triangles=500,instruments=3,tissue_triangles=2000,tissues=2");
+    EXPECT_EQ(facts.pair_class, "I2T");
+    EXPECT_EQ(facts.triangles, 2 * 2000 + 3 * 500);
+    const auto scene = make_generated_scene(text);
+    EXPECT_NEAR(static_cast<double>(scene->topology().triangle_count()), 5500.0, 550.0);
+    const InstrumentInTissue same(
+        {.tissue_triangles = 2000, .instrument_triangles = 500, .tissues = 2, .instruments = 3});
+    Frame of_text;
+    scene->write(5, of_text);
+    EXPECT_EQ(of_text.hash(), frame_of(same, 5).hash());
+    // Scenes of one family differ in size only.
+    const auto family = [](const std::string& of) { return generated_scene_facts(of).family; };
+    EXPECT_EQ(family("instrument_in_tissue:tissue_triangles=2000"), family("instrument_in_tissue"));
+    EXPECT_NE(family("instrument_in_tissue:variant=deep"), family("instrument_in_tissue"));
+    EXPECT_NE(family("instrument_in_tissue:instrument_triangles=500"), family("instrument_in_tissue"));
+    EXPECT_EQ(family("balls:count=2"), family("balls:count=4"));
+    EXPECT_EQ(generated_scene_facts("balls:count=7").name, "7 balls");
+    EXPECT_EQ(generated_scene_facts("balls").pair_class, "T2T");
+    for (const char* bad : {"cube", "balls:count=1", "balls:size=3", "instrument_in_tissue:variant=soft",
+                            "instrument_in_tissue:tissue_triangles=99", "instrument_in_tissue:instruments=3"}) {
+        EXPECT_THROW((void)generated_scene_facts(bad), InputError) << bad;
+    }
+}
+
 }  // namespace
-}  // namespace trocar::bench
+}  // namespace trocar

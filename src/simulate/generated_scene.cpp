@@ -1,21 +1,24 @@
-// Lengths are metres throughout; every number comes from +, -, *, /, square root and the sines of scene/rotation, so
-// that no C library can change a bit.
-#include "scenes.hpp"
+// Lengths are metres. Every number comes from +, -, *, /, square root and the sines of scene/rotation, so that no C
+// library can change a bit.
+#include "simulate/generated_scene.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numeric>
-#include <stdexcept>
 #include <utility>
+#include <vector>
 
+#include "geometry/input_error.hpp"
+#include "method/registry.hpp"
 #include "scene/rotation.hpp"
 #include "scene/shapes.hpp"
-#include "vertex_order.hpp"
+#include "simulate/vertex_order.hpp"
 
-namespace trocar::bench {
+namespace trocar {
 namespace {
 
 constexpr double slab_size = 0.1;
@@ -23,8 +26,8 @@ constexpr double slab_thickness = 0.01;
 constexpr double slab_pitch = 0.13;  ///< from slab to slab along x
 constexpr double wave_length = 0.025;
 constexpr double wave_height = 0.00025;
-constexpr double period = 64.0;  ///< steps
-constexpr double hollow = 6.0;   ///< 1/m: rise of the near variant's bowl over the squared distance
+constexpr double motion_period = 64.0;  ///< steps
+constexpr double hollow = 6.0;          ///< 1/m: rise of the near variant's bowl over the squared distance
 constexpr double local_radius = 0.008;
 constexpr double jaw_length = 0.02;
 constexpr double jaw_radius = 0.002;
@@ -110,7 +113,7 @@ struct Hold {
     double tip_height = 0.0;  ///< m
 };
 
-Hold hold_of(const SceneSpec& spec) {
+Hold hold_of(const InstrumentInTissueSpec& spec) {
     switch (spec.variant) {
         case Variant::deep:
             return {89.0, -0.0005};
@@ -129,7 +132,14 @@ Hold hold_of(const SceneSpec& spec) {
     return {45.0, -0.00075};
 }
 
-double phase_degrees(std::int64_t step) { return 360.0 / period * static_cast<double>(step % 64); }
+double phase_degrees(std::int64_t step) { return 360.0 / motion_period * static_cast<double>(step % 64); }
+
+/// Short triangle counts: 500, 20k, 1M.
+std::string short_count(std::int64_t count) {
+    if (count >= 1000000 && count % 1000000 == 0) return fmt::format("{}M", count / 1000000);
+    if (count >= 1000 && count % 1000 == 0) return fmt::format("{}k", count / 1000);
+    return fmt::format("{}", count);
+}
 
 /// Entry k: the vertex's number before.
 std::vector<Index> reorder(VertexOrder order, Random& random, Surface& surface) {
@@ -140,7 +150,8 @@ std::vector<Index> reorder(VertexOrder order, Random& random, Surface& surface) 
     return same;
 }
 
-void finish_frame(std::int64_t step, double dt, Frame& frame) {
+void finish_frame(std::int64_t step, Frame& frame) {
+    constexpr double dt = GeneratedScene::dt;
     frame.tick = step;
     frame.time = static_cast<double>(step) * dt;
     frame.velocity = (frame.position - frame.previous) / dt;
@@ -175,13 +186,7 @@ std::string_view name_of(VertexOrder order) {
     return names.at(static_cast<std::size_t>(order));
 }
 
-std::string short_count(std::int64_t count) {
-    if (count >= 1000000 && count % 1000000 == 0) return fmt::format("{}M", count / 1000000);
-    if (count >= 1000 && count % 1000 == 0) return fmt::format("{}k", count / 1000);
-    return fmt::format("{}", count);
-}
-
-std::string SceneSpec::name() const {
+std::string InstrumentInTissueSpec::name() const {
     const bool many = tissues > 1 || instruments > 1;
     std::string text = many ? fmt::format("{} {} x {} + {} x {}", name_of(variant), tissues,
                                           short_count(tissue_triangles), instruments, short_count(instrument_triangles))
@@ -191,13 +196,7 @@ std::string SceneSpec::name() const {
     return text;
 }
 
-ContactScene::ContactScene(const SceneSpec& spec) : spec_(spec) {
-    if (spec.tissue_triangles < 100 || spec.instrument_triangles < 100) {
-        throw std::invalid_argument("a bench scene needs at least 100 triangles per body");
-    }
-    if (spec.tissues < 1 || spec.instruments < 0 || spec.instruments > 2 * spec.tissues) {
-        throw std::invalid_argument("a bench scene has one or more tissues with at most two instruments each");
-    }
+InstrumentInTissue::InstrumentInTissue(const InstrumentInTissueSpec& spec) : spec_(spec) {
     Random random(spec.seed);
     std::vector<Body> bodies;
 
@@ -300,7 +299,7 @@ ContactScene::ContactScene(const SceneSpec& spec) : spec_(spec) {
     }
 }
 
-Vector3 ContactScene::contact_centre(const Instrument& instrument) const {
+Vector3 InstrumentInTissue::contact_centre(const Instrument& instrument) const {
     // Half-way along what lies under the surface, at the surface.
     const SineCosine lean = sine_cosine_of_degrees(hold_of(spec_).lean_degrees);
     const SineCosine yaw = sine_cosine_of_degrees(instrument.yaw_degrees);
@@ -308,7 +307,7 @@ Vector3 ContactScene::contact_centre(const Instrument& instrument) const {
     return {instrument.tip.x() + extent * yaw.cosine, instrument.tip.y() + extent * yaw.sine, 0.0};
 }
 
-void ContactScene::place_tissue(const Tissue& tissue, std::int64_t step, Matrix3X& position) const {
+void InstrumentInTissue::place_tissue(const Tissue& tissue, std::int64_t step, Matrix3X& position) const {
     const SineCosine now = sine_cosine_of_degrees(phase_degrees(step));
     auto target = position.middleCols(tissue.vertices.first, tissue.vertices.count);
     if (spec_.variant == Variant::local) {
@@ -335,7 +334,7 @@ void ContactScene::place_tissue(const Tissue& tissue, std::int64_t step, Matrix3
     }
 }
 
-void ContactScene::place_instrument(const Instrument& instrument, std::int64_t step, Matrix3X& position) const {
+void InstrumentInTissue::place_instrument(const Instrument& instrument, std::int64_t step, Matrix3X& position) const {
     const SineCosine now = sine_cosine_of_degrees(phase_degrees(step));
     const double opening = jaw_opening * (1.0 + 0.25 * now.sine);
     const std::array<Matrix3, 2> jaw{jaw_rotation(1, opening), jaw_rotation(2, opening)};
@@ -354,32 +353,32 @@ void ContactScene::place_instrument(const Instrument& instrument, std::int64_t s
     }
 }
 
-void ContactScene::place_at_rest(Matrix3X& position) const {
+void InstrumentInTissue::place_at_rest(Matrix3X& position) const {
     for (const Tissue& tissue : tissues_) {
         position.middleCols(tissue.vertices.first, tissue.vertices.count) = tissue.rest;
     }
 }
 
 /// Of variant local only what moves.
-void ContactScene::place(std::int64_t step, Matrix3X& position) const {
+void InstrumentInTissue::place(std::int64_t step, Matrix3X& position) const {
     for (const Instrument& instrument : instruments_) place_instrument(instrument, step, position);
     for (const Tissue& tissue : tissues_) place_tissue(tissue, step, position);
 }
 
 /// Variant local: only what moves is written, as a solver with an active region does; the rest stays in no cache.
-void ContactScene::write_moved(std::int64_t step, Frame& frame) const {
+void InstrumentInTissue::write_moved(std::int64_t step, Frame& frame) const {
     frame.previous.swap(frame.position);
     place(step, frame.position);
     for (const Range& range : moved_) {
         frame.velocity.middleCols(range.first, range.count) = (frame.position.middleCols(range.first, range.count) -
                                                                frame.previous.middleCols(range.first, range.count)) /
-                                                              dt();
+                                                              dt;
     }
     frame.tick = step;
-    frame.time = static_cast<double>(step) * dt();
+    frame.time = static_cast<double>(step) * dt;
 }
 
-void ContactScene::write(std::int64_t step, Frame& frame) const {
+void InstrumentInTissue::write(std::int64_t step, Frame& frame) const {
     const bool follows = frame.tick > 0 && frame.tick + 1 == step && frame.moved.has_value() &&
                          *frame.moved == moved_ && frame.position.cols() == topology_.vertex_count;
     if (spec_.variant == Variant::local && follows) {
@@ -393,11 +392,11 @@ void ContactScene::write(std::int64_t step, Frame& frame) const {
             place(at, position);
         },
         frame);
-    finish_frame(step, dt(), frame);
+    finish_frame(step, frame);
     if (spec_.variant == Variant::local && step > 0) frame.moved = moved_;
 }
 
-ManyBodies::ManyBodies(Index count, Index triangles, std::uint64_t seed) {
+Balls::Balls(Index count, Index triangles, std::uint64_t seed) {
     constexpr double radius = 0.01;
     const auto make = [](double edge) { return make_shape("sphere", {{"radius", {radius}}, {"edge", {edge}}}); };
     const Surface ball = make(edge_for(triangles, make));
@@ -418,7 +417,7 @@ ManyBodies::ManyBodies(Index count, Index triangles, std::uint64_t seed) {
     topology_ = make_topology(bodies);
 }
 
-void ManyBodies::place(std::int64_t step, Matrix3X& position) const {
+void Balls::place(std::int64_t step, Matrix3X& position) const {
     const double phase = phase_degrees(step);
     for (std::size_t i = 0; i < centre_.size(); ++i) {
         Vector3 axes;
@@ -431,10 +430,126 @@ void ManyBodies::place(std::int64_t step, Matrix3X& position) const {
     }
 }
 
-void ManyBodies::write(std::int64_t step, Frame& frame) const {
+void Balls::write(std::int64_t step, Frame& frame) const {
     write_positions(
         step, topology_.vertex_count, [this](std::int64_t at, Matrix3X& position) { place(at, position); }, frame);
-    finish_frame(step, ContactScene::dt(), frame);
+    finish_frame(step, frame);
 }
 
-}  // namespace trocar::bench
+namespace {
+
+constexpr const char* instrument_in_tissue = "instrument_in_tissue";
+constexpr const char* balls = "balls";
+
+template <typename Enum, std::size_t count>
+Enum value_named(const std::string& text) {
+    for (std::size_t i = 0; i < count; ++i) {
+        if (name_of(static_cast<Enum>(i)) == text) return static_cast<Enum>(i);
+    }
+    return {};
+}
+
+template <typename Enum, std::size_t count>
+std::vector<std::string> value_names() {
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < count; ++i) names.emplace_back(name_of(static_cast<Enum>(i)));
+    return names;
+}
+
+constexpr std::size_t variant_count = 7;
+constexpr std::size_t order_count = 3;
+constexpr double most_triangles = 4e6;
+
+/// The checked text.
+struct Given {
+    std::string text;
+    const GeneratedSceneEntry* entry;
+    ParameterValues values;
+    [[nodiscard]] Index integer(const char* key) const { return static_cast<Index>(values.integer(key)); }
+};
+
+Given checked(const std::string& text) {
+    const MethodSpec spec = parse_method(text);
+    std::vector<std::string> names;
+    for (const GeneratedSceneEntry& entry : generated_scenes()) {
+        names.push_back(entry.name);
+        if (entry.name == spec.name) return {spec.text(), &entry, checked_values(entry, spec.parameters)};
+    }
+    throw InputError("generated scene", "", fmt::format("{}", fmt::join(names, " or ")), "'" + spec.name + "'");
+}
+
+InstrumentInTissueSpec spec_of(const Given& given, std::uint64_t seed) {
+    const InstrumentInTissueSpec spec{.variant = value_named<Variant, variant_count>(given.values.text("variant")),
+                                      .tissue_triangles = given.integer("tissue_triangles"),
+                                      .instrument_triangles = given.integer("instrument_triangles"),
+                                      .tissues = given.integer("tissues"),
+                                      .instruments = given.integer("instruments"),
+                                      .order = value_named<VertexOrder, order_count>(given.values.text("order")),
+                                      .seed = seed};
+    if (spec.instruments > 2 * spec.tissues) {
+        throw InputError("generated scene", "instruments", "at most two for each tissue",
+                         fmt::format("{} for {}", spec.instruments, spec.tissues));
+    }
+    return spec;
+}
+
+/// "light, instrument 2k": what scenes that differ in the size of the tissue have in common.
+std::string family_of(const InstrumentInTissueSpec& spec) {
+    std::string text = fmt::format("{}, instrument {}", name_of(spec.variant), short_count(spec.instrument_triangles));
+    if (spec.tissues > 1) text += fmt::format(", {} tissues, {} instruments", spec.tissues, spec.instruments);
+    if (spec.order != VertexOrder::renumbered) text += fmt::format(", {}", name_of(spec.order));
+    return text;
+}
+
+}  // namespace
+
+const std::vector<GeneratedSceneEntry>& generated_scenes() {
+    static const std::vector<GeneratedSceneEntry> entries{
+        {instrument_in_tissue,
+         "Instruments of a shaft and two jaws in slabs of tissue",
+         {choice_parameter("variant", "light", value_names<Variant, variant_count>(),
+                           "light or deep contact, near or far, rotating, strained by 20 %, deforming locally"),
+          integer_parameter("tissue_triangles", "20000", 100, most_triangles, "of each tissue"),
+          integer_parameter("instrument_triangles", "2000", 100, most_triangles, "of each instrument"),
+          integer_parameter("tissues", "1", 1, 100, "number of slabs"),
+          integer_parameter("instruments", "1", 0, 200, "number of instruments, at most two for each tissue"),
+          choice_parameter("order", "renumbered", value_names<VertexOrder, order_count>(),
+                           "numbering of vertices and triangles")}},
+        {balls,
+         "Deforming spheres on a lattice, each overlapping its neighbours along one axis",
+         {integer_parameter("count", "16", 2, 100000, "number of spheres"),
+          integer_parameter("triangles", "320", 20, most_triangles, "of each sphere")}}};
+    return entries;
+}
+
+GeneratedSceneFacts generated_scene_facts(const std::string& text) {
+    const Given given = checked(text);
+    if (given.entry->name == balls) {
+        const Index count = given.integer("count");
+        const Index triangles = given.integer("triangles");
+        constexpr Index usual_triangles = 320;
+        const std::string size = triangles == usual_triangles ? "" : " of " + short_count(triangles);
+        return {.text = given.text,
+                .name = fmt::format("{} balls{}", count, size),
+                .family = balls + size,
+                .pair_class = "T2T",
+                .triangles = static_cast<std::int64_t>(count) * triangles};
+    }
+    const InstrumentInTissueSpec spec = spec_of(given, 1);
+    return {.text = given.text,
+            .name = spec.name(),
+            .family = family_of(spec),
+            .pair_class = "I2T",
+            .triangles = static_cast<std::int64_t>(spec.tissues) * spec.tissue_triangles +
+                         static_cast<std::int64_t>(spec.instruments) * spec.instrument_triangles};
+}
+
+std::unique_ptr<GeneratedScene> make_generated_scene(const std::string& text, std::uint64_t seed) {
+    const Given given = checked(text);
+    if (given.entry->name == balls) {
+        return std::make_unique<Balls>(given.integer("count"), given.integer("triangles"), seed);
+    }
+    return std::make_unique<InstrumentInTissue>(spec_of(given, seed));
+}
+
+}  // namespace trocar
