@@ -5,7 +5,6 @@
 #   ./run.sh --baselines [command …]      the same with the optional baseline libraries installed and built, the one under
 #                                         the GPL too (do not give that binary away)
 #   ./run.sh --baselines study bench/studies/detection.json   all detectors in turns on generated scenes
-#   ./run.sh far_field [options]          a stepper that moves a part of the tissue against one that moves all of it
 #   ./run.sh docs                         the texts of docs as pages in build/docs
 set -euo pipefail
 caller=$PWD
@@ -21,8 +20,6 @@ if [ "${1:-}" = docs ]; then
     install_missing "${docs_packages[@]}" >&2
     exec mkdocs build --strict --quiet -f docs/mkdocs.yml
 fi
-target=trocar_program
-[ "${1:-}" != far_field ] || target=trocar_far_field
 {
     install_missing "${base_packages[@]}"
     gpl=OFF
@@ -32,12 +29,8 @@ target=trocar_program
     fi
     find_data
     configure release -DTROCAR_GPL=$gpl
-    build release "$target"
+    build release trocar_program
 } >&2
-if [ "$target" = trocar_far_field ]; then
-    shift
-    exec "$PWD/build/release/bin/trocar_far_field" "$@"
-fi
 program=$PWD/build/release/bin/trocar
 if [ $# -eq 0 ]; then
     say "default study" >&2

@@ -61,7 +61,7 @@ std::string_view text_of(MetricSource source) {
         case MetricSource::repetition:
             break;
     }
-    return "the method asked twice";
+    return "the run made twice";
 }
 
 bool is_timed(MetricSource source) {

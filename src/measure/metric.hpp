@@ -46,7 +46,7 @@ enum class MetricSource : std::uint8_t {
     audit,        ///< of energy and momentum, from trajectories, masses and forces
     method,       ///< reported by the response or the tissue
     reference,    ///< stored reference
-    repetition    ///< the method asked twice
+    repetition    ///< the run made twice
 };
 /// In words, as outputs print it.
 std::string_view text_of(MetricSource source);

@@ -42,6 +42,7 @@ void visit_spec(Spec& spec, Visit&& visit) {
 template <typename Spec, typename Visit>
 void visit_optional_spec(Spec& spec, Visit&& visit) {
     visit("stepper", spec.stepper);
+    visit("against", spec.against);
     visit("device", spec.device);
     visit("query_distance_margin", spec.query_distance_margin);
     visit("overrides", spec.overrides);

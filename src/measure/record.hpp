@@ -27,6 +27,7 @@ struct RunSpec {
     std::string response;                    ///< empty in replay
     std::string contacts;                    ///< contact generator; empty in replay
     std::string stepper = {};                ///< empty: the default one
+    std::string against = {};                ///< second stepper of the run (simulate/against.hpp); empty: none
     std::string query_distance_margin = {};  ///< mean edges; empty: the default one
     std::string device = {};      ///< "key=value,…" with all settings; empty in replay, else the default one
     std::string setting;          ///< "default" | "recommended" | "tuned"

@@ -53,6 +53,8 @@ const std::vector<Choice>& choices() {
          "Parameter {} of the contact generator, as in `trocar list`; empty: its default, or a generator without it"},
         {"stepper", &RunSpec::stepper, "Stepper, which moves the tissue; empty: the default one",
          "Parameter {} of the stepper, as in `trocar list`; empty: its default, or a stepper without it"},
+        {"against", &RunSpec::against, "Second stepper, which runs the scene in step; empty: none",
+         "Parameter {} of the second stepper, as in `trocar list`; empty: its default, or none"},
         {"device", &RunSpec::device, nullptr,
          "Setting {} of the device, which shows the force on the tool; empty: a run without a response"},
         {"overrides", &RunSpec::overrides, nullptr,

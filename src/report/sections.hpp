@@ -141,6 +141,12 @@ void add_side_by_side(Draft& draft);
 /// The worst tick of scenes that repeat their motion.
 void add_repeated_motion(Draft& draft);
 
+// against_section.cpp
+/// Steppers beside a second one that runs the scene in step.
+void add_against(Draft& draft);
+/// Its table, for page 1 of a study with no other part.
+Table against_table(const Draft& draft);
+
 // table_3_1_section.cpp
 /// Table 3.1 of the thesis, with numbers of detectors on generated scenes.
 void add_table_3_1(Draft& draft);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "geometry/input_error.hpp"
+#include "geometry/size_limits.hpp"
 #include "method/registry.hpp"
 #include "scene/rotation.hpp"
 #include "scene/shapes.hpp"
@@ -458,7 +459,13 @@ std::vector<std::string> value_names() {
 
 constexpr std::size_t variant_count = 7;
 constexpr std::size_t order_count = 3;
-constexpr double most_triangles = 4e6;
+constexpr double largest_count = 1e8;  ///< size_limits.hpp refuses less, unless lifted
+
+void expect_at_most(std::int64_t most, const std::string& of_what, std::int64_t count) {
+    if (are_sizes_limited() && count > most) {
+        throw InputError("generated scene", "", limit_text(most, of_what), fmt::format("{}", count));
+    }
+}
 
 /// The checked text.
 struct Given {
@@ -509,8 +516,8 @@ const std::vector<GeneratedSceneEntry>& generated_scenes() {
          "Instruments of a shaft and two jaws in slabs of tissue",
          {choice_parameter("variant", "light", value_names<Variant, variant_count>(),
                            "light or deep contact, near or far, rotating, strained by 20 %, deforming locally"),
-          integer_parameter("tissue_triangles", "20000", 100, most_triangles, "of each tissue"),
-          integer_parameter("instrument_triangles", "2000", 100, most_triangles, "of each instrument"),
+          integer_parameter("tissue_triangles", "20000", 100, largest_count, "of each tissue"),
+          integer_parameter("instrument_triangles", "2000", 100, largest_count, "of each instrument"),
           integer_parameter("tissues", "1", 1, 100, "number of slabs"),
           integer_parameter("instruments", "1", 0, 200, "number of instruments, at most two for each tissue"),
           choice_parameter("order", "renumbered", value_names<VertexOrder, order_count>(),
@@ -518,7 +525,7 @@ const std::vector<GeneratedSceneEntry>& generated_scenes() {
         {balls,
          "Deforming spheres on a lattice, each overlapping its neighbours along one axis",
          {integer_parameter("count", "16", 2, 100000, "number of spheres"),
-          integer_parameter("triangles", "320", 20, most_triangles, "of each sphere")}}};
+          integer_parameter("triangles", "320", 20, largest_count, "of each sphere")}}};
     return entries;
 }
 
@@ -528,6 +535,8 @@ GeneratedSceneFacts generated_scene_facts(const std::string& text) {
         const Index count = given.integer("count");
         const Index triangles = given.integer("triangles");
         constexpr Index usual_triangles = 320;
+        expect_at_most(most_bodies, "bodies", count);
+        expect_at_most(most_triangles, "triangles", static_cast<std::int64_t>(count) * triangles);
         const std::string size = triangles == usual_triangles ? "" : " of " + short_count(triangles);
         return {.text = given.text,
                 .name = fmt::format("{} balls{}", count, size),
@@ -536,15 +545,18 @@ GeneratedSceneFacts generated_scene_facts(const std::string& text) {
                 .triangles = static_cast<std::int64_t>(count) * triangles};
     }
     const InstrumentInTissueSpec spec = spec_of(given, 1);
+    const std::int64_t triangles = static_cast<std::int64_t>(spec.tissues) * spec.tissue_triangles +
+                                   static_cast<std::int64_t>(spec.instruments) * spec.instrument_triangles;
+    expect_at_most(most_triangles, "triangles", triangles);
     return {.text = given.text,
             .name = spec.name(),
             .family = family_of(spec),
             .pair_class = "I2T",
-            .triangles = static_cast<std::int64_t>(spec.tissues) * spec.tissue_triangles +
-                         static_cast<std::int64_t>(spec.instruments) * spec.instrument_triangles};
+            .triangles = triangles};
 }
 
 std::unique_ptr<GeneratedScene> make_generated_scene(const std::string& text, std::uint64_t seed) {
+    (void)generated_scene_facts(text);  // checks the size
     const Given given = checked(text);
     if (given.entry->name == balls) {
         return std::make_unique<Balls>(given.integer("count"), given.integer("triangles"), seed);

@@ -43,7 +43,7 @@ struct GeneratedSceneEntry {
 };
 const std::vector<GeneratedSceneEntry>& generated_scenes();
 
-/// What is known of a generated scene before it is made.
+/// Facts of a generated scene, known before it is made.
 struct GeneratedSceneFacts {
     std::string text;            ///< NAME:key=value…, keys in alphabetical order
     std::string name;            ///< "light 20k x 2k", "16 balls"

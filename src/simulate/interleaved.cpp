@@ -234,7 +234,7 @@ private:
             member.record.summary[Metric::memory_bytes] =
                 static_cast<double>(std::max(after.heap - before.heap, after.resident - before.resident));
             if (!member.ok()) return;
-            // The first tick pays for growing buffers. A second one tells the cost of a tick, unless it is long anyway.
+            // The first tick pays for growing buffers. A second one has the usual cost, unless a tick is long anyway.
             const auto second = Clock::now();
             constexpr double long_tick = 0.3;  // s
             const double first_s = std::chrono::duration<double>(second - begin).count();

@@ -20,8 +20,8 @@ const std::vector<SceneKnob>& scene_knobs();
 /// It also keeps the length of a sub-step: their number per tick follows, at least 1. Cycles repeat the motion of the
 /// one body that has one, each turned about z by the golden angle, so that no two are equal; a cycle lasts until its
 /// last key plus 0.1 s for the return, and the run lasts all cycles. Throws InputError for an unknown parameter, a
-/// value that is not positive, a fractional number of sub-steps or cycles, and cycles of a scene without exactly one
-/// motion.
+/// value that is not positive, and a fractional number of sub-steps or cycles. The same for cycles of a scene without
+/// exactly one motion.
 void apply_overrides(const std::string& overrides, Scene& scene);
 
 /// Value of one parameter in the text; 0 when it is absent. Throws as above.

@@ -16,6 +16,7 @@
 #include "method/device.hpp"
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
+#include "simulate/against.hpp"
 #include "simulate/frame_source.hpp"
 #include "simulate/judge.hpp"
 #include "simulate/metamorphic.hpp"
@@ -209,6 +210,16 @@ void add_errors(const ReferenceErrors& errors, Summary& summary) {
     summary[Metric::reference_clears_hard] = errors.hard_clears;
 }
 
+std::unique_ptr<Against> against_of(const Scene& scene, const RunSpec& spec) {
+    if (spec.against.empty()) return nullptr;
+    SimulationSettings settings = settings_of(spec);
+    settings.stepper = parse_method(spec.against);
+    settings.watched = false;  // it is no result
+    return std::make_unique<Against>(
+        scene, std::make_unique<Simulation>(scene, detector_of(spec), response_of(spec),
+                                            registry().contact_generator(spec.contacts), settings));
+}
+
 /// `loop`: "paced", or "empty" for the loop beside it.
 void add_latency(const std::string& loop, const PacedLatency& latency, Summary& summary) {
     summary[metric_of(loop + "_median_ns")] = latency.median_ns;
@@ -240,10 +251,11 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         return record;
     }
     if (spec.mode == "replay" || spec.mode == "repeated_motion") return run_replay(scene, spec, limits);
-    if (spec.mode == "closed_loop" || spec.mode == "hard_case") return run_closed_loop(scene, spec, limits);
+    if (spec.mode == "closed_loop" || spec.mode == "hard_case" || spec.mode == "against")
+        return run_closed_loop(scene, spec, limits);
     throw InputError(
         "run", "/mode",
-        "replay, repeated_motion, closed_loop, work_precision, paced, cost_by_size, metamorphic or hard_case",
+        "replay, repeated_motion, closed_loop, work_precision, paced, cost_by_size, against, metamorphic or hard_case",
         fmt::format("'{}'", spec.mode));
 }
 
@@ -302,6 +314,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     record.environment["reference.equal_k"] = text_of(reference.reference.equal_k);
     if (!scene.notes.empty()) record.environment["scene.notes"] = fmt::format("{}", fmt::join(scene.notes, "; "));
     ReferenceComparison comparison(reference, scene.dt);
+    const std::unique_ptr<Against> against = against_of(scene, spec);
     for (std::int64_t tick = 0; record.outcome.ok() && tick < ticks && go_on(limits, tick); ++tick) {
         StepRow row = simulation.step();
         record.outcome = simulation.outcome();
@@ -315,6 +328,13 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
         if (record.outcome.ok() && untouched) {
             untouched->observe(simulation.frame(), simulation.output(), simulation.contact_forces(),
                                [&judge](Index a, Index b) { return judge.clearance(a, b); });
+        }
+        if (record.outcome.ok() && against) {
+            against->follow(simulation, row);
+            if (!against->outcome().ok()) {
+                record.outcome = against->outcome();
+                record.outcome.message = spec.against + ": " + record.outcome.message;
+            }
         }
         if (record.outcome.ok()) comparison.observe(row.time, row.tool_force, simulation.frame().position);
         if (limits.observe) limits.observe(simulation, row);
@@ -334,6 +354,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     }
     record.summary[Metric::force_without_touch_m] = untouched ? untouched->largest() : std::nan("");
     add_errors(comparison.errors(), record.summary);
+    if (against) record.summary.merge(against->figures());
     return record;
 }
 

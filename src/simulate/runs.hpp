@@ -24,10 +24,10 @@ struct RunLimits {
 };
 
 /// Runs spec.mode for spec.ticks ticks (0: the scene's own number), with spec.overrides applied to the scene. Modes are
-/// `replay`, `repeated_motion` (a replay), `closed_loop`, `paced`, `cost_by_size`, `metamorphic` and `hard_case` (the
-/// closed loop). `work_precision` is the closed loop, or the replay without a response. Throws InputError for an
-/// unknown or absent method and an unknown mode. Any other failure of a method is the record's outcome, with the rows
-/// so far. The record holds environment() and the facts about this run, e.g. "frames".
+/// `replay`, `repeated_motion` (a replay), `closed_loop`, `paced`, `cost_by_size`, `against`, `metamorphic` and
+/// `hard_case` (the closed loop). `work_precision` is the closed loop, or the replay without a response. Throws
+/// InputError for an unknown or absent method and an unknown mode. Any other failure of a method is the record's
+/// outcome, with the rows so far. The record holds environment() and the facts about this run, e.g. "frames".
 Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 /// Detector on the frames of the scene's stream (frame_source.hpp): pair errors, contact errors and stage times.

@@ -73,6 +73,7 @@ struct Experiment {
     std::vector<std::string> contacts;  ///< contact generators; empty: each response's own
     std::vector<std::string> steppers;  ///< as RunSpec::stepper; empty: the default one
     std::optional<Sweep> sweep;
+    std::string against;           ///< stepper that runs every scene in step with the run's own; empty: none
     std::int64_t cycles = 0;       ///< scenes repeat their motion so often (simulate/overrides.hpp); 0: not
     bool perturbed = false;        ///< every run is compared with itself under perturbations (simulate/metamorphic.hpp)
     std::int64_t ticks = 0;        ///< 0: as the scene says; at the scene's dt

@@ -45,6 +45,15 @@ void read_choices(const JsonNode& node, Experiment& experiment) {
     }
 }
 
+/// Text of the stepper, whatever the default is.
+std::string read_against(const JsonNode& node, const Experiment& experiment) {
+    for (const Input& input : experiment.inputs) {
+        if (input.kind != Input::Kind::scene) node.fail("no second stepper on cases", node.text());
+    }
+    const std::string text = read_stepper(node);
+    return text.empty() ? registry().default_stepper().name : text;
+}
+
 /// Largest generated scene of every detector that has one.
 void read_limits(const JsonNode& detectors, Experiment& experiment) {
     if (names_all(detectors)) return;
@@ -181,7 +190,7 @@ std::vector<std::string> keys_of(const Experiment& experiment) {
     if (paced || experiment.perturbed) return keys;
     add({"cases", "sweep", "truth_stride"});
     if (experiment.frames == replay) add({"pair_files", "between_ticks", "generated", "contacts", "cycles"});
-    if (experiment.frames == closed_loop) add({"detail_stride"});
+    if (experiment.frames == closed_loop) add({"detail_stride", "against"});
     return keys;
 }
 
@@ -220,6 +229,7 @@ Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::i
     }
     if (node.has("cycles")) experiment.cycles = node.at("cycles").integer(1, 1000);
     if (node.has("contacts")) experiment.contacts = read_contact_generators(node.at("contacts"));
+    if (node.has("against")) experiment.against = read_against(node.at("against"), experiment);
     if (node.has("steppers")) experiment.steppers = read_steppers(node.at("steppers"));
     if (node.has("sweep")) experiment.sweep = read_sweep(node.at("sweep"), experiment);
     if (node.has("ticks")) experiment.ticks = count_of(node.at("ticks"));

@@ -275,18 +275,21 @@ std::vector<std::string> read_contact_generators(const JsonNode& node) {
     return generators;
 }
 
+std::string read_stepper(const JsonNode& node) {
+    try {
+        const MethodSpec spec = parse_method(node.text());
+        make_stepper(spec.name, spec.parameters);
+        const bool is_default = spec.name == registry().default_stepper().name && spec.parameters.empty();
+        return is_default ? std::string() : spec.text();
+    } catch (const InputError& error) {
+        node.fail("a stepper of trocar list", error.what());
+    }
+}
+
 std::vector<std::string> read_steppers(const JsonNode& node) {
     std::vector<std::string> steppers;
     for (const JsonNode& item : items_of(node)) {
-        std::string text;
-        try {
-            const MethodSpec spec = parse_method(item.text());
-            make_stepper(spec.name, spec.parameters);
-            const bool is_default = spec.name == registry().default_stepper().name && spec.parameters.empty();
-            text = is_default ? std::string() : spec.text();
-        } catch (const InputError& error) {
-            item.fail("a stepper of trocar list", error.what());
-        }
+        std::string text = read_stepper(item);
         if (std::find(steppers.begin(), steppers.end(), text) != steppers.end()) {
             item.fail("each stepper once", item.text() + " again");
         }

@@ -49,7 +49,9 @@ struct SceneFiles {
 std::vector<std::string> read_scenes(const JsonNode& node, const SceneFiles& files);
 /// Distinct contact generators of this build.
 std::vector<std::string> read_contact_generators(const JsonNode& node);
-/// Distinct steppers, each as RunSpec::stepper.
+/// A stepper as RunSpec::stepper.
+std::string read_stepper(const JsonNode& node);
+/// Distinct ones.
 std::vector<std::string> read_steppers(const JsonNode& node);
 /// An object of settings, or the text of a command line. Result as RunSpec::device.
 std::string read_device_of(const JsonNode& node);

@@ -74,6 +74,7 @@ std::string mode_of(const Experiment& experiment, Input::Kind input) {
     if (input != Input::Kind::scene && input != Input::Kind::generated) return "hard_case";
     if (experiment.clock == Experiment::Clock::paced) return "paced";
     if (experiment.sweep) return "work_precision";
+    if (!experiment.against.empty()) return "against";
     if (experiment.cycles > 0) return "repeated_motion";
     if (experiment.frames == Experiment::Frames::replay) return "replay";
     return experiment.truth_stride == 0 ? "cost_by_size" : "closed_loop";
@@ -93,6 +94,7 @@ PlannedRun planned(const Study& study, const Experiment& experiment, std::int64_
     run.spec.seed = study.seed;
     run.spec.ticks = experiment.ticks;
     run.spec.truth_stride = experiment.truth_stride;
+    run.spec.against = experiment.against;
     run.detector = detector;
     run.response = response;
     settle_absent(run);

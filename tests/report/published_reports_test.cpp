@@ -15,7 +15,7 @@ namespace {
 
 const std::filesystem::path published = std::filesystem::path(TROCAR_SOURCE_DIR) / "reports";
 
-/// Folders of reports/ with records. The others hold results alone, and what trocar_far_field writes.
+/// Folders of reports/ with records. The others hold results alone.
 std::vector<std::string> reports_with_records() {
     std::vector<std::string> names;
     for (const auto& entry : std::filesystem::directory_iterator(published)) {

@@ -266,7 +266,8 @@ TEST(GeneratedScene, ATextGivesTheSceneThatItsSettingsSay) {
     EXPECT_EQ(generated_scene_facts("balls:count=7").name, "7 balls");
     EXPECT_EQ(generated_scene_facts("balls").pair_class, "T2T");
     for (const char* bad : {"cube", "balls:count=1", "balls:size=3", "instrument_in_tissue:variant=soft",
-                            "instrument_in_tissue:tissue_triangles=99", "instrument_in_tissue:instruments=3"}) {
+                            "balls:count=1001", "instrument_in_tissue:tissue_triangles=99",
+                            "instrument_in_tissue:tissue_triangles=3000000", "instrument_in_tissue:instruments=3"}) {
         EXPECT_THROW((void)generated_scene_facts(bad), InputError) << bad;
     }
 }

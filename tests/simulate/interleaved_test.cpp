@@ -63,19 +63,17 @@ std::vector<Record> measured(const std::vector<InterleavedRun>& runs) {
     return run_interleaved(scene, runs);
 }
 
-double value(const Record& record, Metric metric) { return value_of(record.summary, metric); }
-
 TEST(Interleaved, AnHonestDetectorIsExactAndHasEveryTick) {
     const std::vector<Record> records = measured({honest(), honest()});
     const Record& record = records.at(0);
     EXPECT_TRUE(record.outcome.ok());
-    EXPECT_EQ(value(record, Metric::differing_ticks), 0.0);
+    EXPECT_EQ(value_of(record.summary, Metric::differing_ticks), 0.0);
     ASSERT_EQ(record.rows.size(), static_cast<std::size_t>(most_ticks));
-    EXPECT_EQ(value(record, Metric::timed_ticks), static_cast<double>(most_ticks));
-    EXPECT_EQ(value(record, Metric::judged_ticks), static_cast<double>(interleaved_blocks));
-    EXPECT_GT(value(record, Metric::true_pairs), 0.0);
-    EXPECT_GT(value(record, Metric::prepare_ns), 0.0);
-    EXPECT_EQ(value(record, Metric::false_negatives), 0.0);
+    EXPECT_EQ(value_of(record.summary, Metric::timed_ticks), static_cast<double>(most_ticks));
+    EXPECT_EQ(value_of(record.summary, Metric::judged_ticks), static_cast<double>(interleaved_blocks));
+    EXPECT_GT(value_of(record.summary, Metric::true_pairs), 0.0);
+    EXPECT_GT(value_of(record.summary, Metric::prepare_ns), 0.0);
+    EXPECT_EQ(value_of(record.summary, Metric::false_negatives), 0.0);
     for (std::size_t i = 1; i < record.rows.size(); ++i) EXPECT_LT(record.rows[i - 1].tick, record.rows[i].tick);
     for (const StepRow& row : record.rows) EXPECT_GT(row.stage_ns[static_cast<std::size_t>(Stage::detect)], 0);
     EXPECT_EQ(records.at(1).frames_hash, record.frames_hash);
@@ -88,12 +86,12 @@ TEST(Interleaved, AForgottenPairAndAnInventedOneAreCounted) {
                       contacts.pairs.insert(contacts.pairs.begin(), {0, 700});
                   })});
     const auto judged = static_cast<double>(interleaved_blocks);
-    EXPECT_EQ(value(records.at(0), Metric::false_negatives), judged);
-    EXPECT_EQ(value(records.at(0), Metric::false_positives), 0.0);
-    EXPECT_EQ(value(records.at(1), Metric::false_negatives), 0.0);
-    EXPECT_EQ(value(records.at(1), Metric::false_positives), judged);
+    EXPECT_EQ(value_of(records.at(0).summary, Metric::false_negatives), judged);
+    EXPECT_EQ(value_of(records.at(0).summary, Metric::false_positives), 0.0);
+    EXPECT_EQ(value_of(records.at(1).summary, Metric::false_negatives), 0.0);
+    EXPECT_EQ(value_of(records.at(1).summary, Metric::false_positives), judged);
     // With no honest one beside them, only the ticks with truth are known to differ.
-    EXPECT_EQ(value(records.at(0), Metric::differing_ticks), judged);
+    EXPECT_EQ(value_of(records.at(0).summary, Metric::differing_ticks), judged);
 }
 
 TEST(Interleaved, NearPairsAreAskedForAndJudgedWithAQueryDistanceOnly) {
@@ -106,14 +104,15 @@ TEST(Interleaved, NearPairsAreAskedForAndJudgedWithAQueryDistanceOnly) {
     const std::vector<Record> records =
         measured({honest("tracked_proximity"), run_of(forget), run_of(forget, "tracked_proximity"),
                   run_of(forget_at_times, "tracked_proximity")});
-    EXPECT_GT(value(records.at(0), Metric::true_proximity_pairs), 20.0 * interleaved_blocks);
-    EXPECT_EQ(value(records.at(0), Metric::differing_ticks), 0.0);
-    EXPECT_GT(value(records.at(0), Metric::query_distance_median_m), 0.0);
-    EXPECT_EQ(value(records.at(1), Metric::differing_ticks), 0.0);
-    EXPECT_TRUE(std::isnan(value(records.at(1), Metric::query_distance_median_m)));
-    EXPECT_EQ(value(records.at(2), Metric::proximity_false_negatives), static_cast<double>(interleaved_blocks));
-    EXPECT_EQ(value(records.at(2), Metric::differing_ticks), static_cast<double>(most_ticks));
-    EXPECT_GT(value(records.at(3), Metric::differing_ticks), 0.0);
+    EXPECT_GT(value_of(records.at(0).summary, Metric::true_proximity_pairs), 20.0 * interleaved_blocks);
+    EXPECT_EQ(value_of(records.at(0).summary, Metric::differing_ticks), 0.0);
+    EXPECT_GT(value_of(records.at(0).summary, Metric::query_distance_median_m), 0.0);
+    EXPECT_EQ(value_of(records.at(1).summary, Metric::differing_ticks), 0.0);
+    EXPECT_TRUE(std::isnan(value_of(records.at(1).summary, Metric::query_distance_median_m)));
+    EXPECT_EQ(value_of(records.at(2).summary, Metric::proximity_false_negatives),
+              static_cast<double>(interleaved_blocks));
+    EXPECT_EQ(value_of(records.at(2).summary, Metric::differing_ticks), static_cast<double>(most_ticks));
+    EXPECT_GT(value_of(records.at(3).summary, Metric::differing_ticks), 0.0);
 }
 
 TEST(Interleaved, ALieBetweenTheTicksWithTruthIsSeenBesideAnHonestDetector) {
@@ -121,9 +120,9 @@ TEST(Interleaved, ALieBetweenTheTicksWithTruthIsSeenBesideAnHonestDetector) {
     const std::vector<Record> records = measured({honest(), run_of([](std::int64_t tick, ContactSet& contacts) {
                                                       if (tick % 5 == 0) contacts.pairs.pop_back();
                                                   })});
-    EXPECT_EQ(value(records.at(0), Metric::differing_ticks), 0.0);
-    EXPECT_EQ(value(records.at(1), Metric::false_negatives), 0.0);
-    EXPECT_EQ(value(records.at(1), Metric::differing_ticks), static_cast<double>(interleaved_blocks));
+    EXPECT_EQ(value_of(records.at(0).summary, Metric::differing_ticks), 0.0);
+    EXPECT_EQ(value_of(records.at(1).summary, Metric::false_negatives), 0.0);
+    EXPECT_EQ(value_of(records.at(1).summary, Metric::differing_ticks), static_cast<double>(interleaved_blocks));
 }
 
 TEST(Interleaved, FailuresBecomeOutcomesAndHarmNoOther) {
@@ -168,9 +167,9 @@ TEST(Interleaved, DetectorsThatClaimExactnessAreExactOnEveryKindOfScene) {
         for (const Record& record : run_interleaved(*scene, runs)) {
             SCOPED_TRACE(record.spec.detector + ", " + variant);
             EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
-            EXPECT_EQ(value(record, Metric::differing_ticks), 0.0);
-            EXPECT_EQ(value(record, Metric::false_negatives), 0.0);
-            EXPECT_EQ(value(record, Metric::false_positives), 0.0);
+            EXPECT_EQ(value_of(record.summary, Metric::differing_ticks), 0.0);
+            EXPECT_EQ(value_of(record.summary, Metric::false_negatives), 0.0);
+            EXPECT_EQ(value_of(record.summary, Metric::false_positives), 0.0);
         }
     }
 }

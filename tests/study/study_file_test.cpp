@@ -137,6 +137,22 @@ TEST_F(StudyFile, CyclesRepeatTheMotionOfAReplay) {
     EXPECT_NE(complaint(study_of({press + R"(,"cycles":7)"})).find("cycles"), std::string::npos);
 }
 
+TEST_F(StudyFile, ASecondStepperIsThatOfEveryRun) {
+    const Study study = read(study_of({press + R"(,"steppers":["xpbd"],"against":"implicit","truth_stride":0)"}));
+    const std::vector<PlannedRun> plan = make_plan(study);
+    ASSERT_EQ(plan.size(), 1U);
+    EXPECT_EQ(plan[0].spec.mode, "against");
+    EXPECT_EQ(plan[0].spec.stepper, "xpbd");
+    EXPECT_EQ(plan[0].spec.against, "implicit");
+    EXPECT_EQ(read(study_of({press + R"(,"against":"semi_implicit")"})).experiments[0].against, "semi_implicit");
+    EXPECT_NE(
+        complaint(study_of({press + R"(,"against":"regionally")"})).find("/experiments/0/against: expected a stepper"),
+        std::string::npos);
+    EXPECT_NE(complaint(study_of({replay + R"("scenes":["a.json"],"detectors":["ohc"],"against":"implicit")"}))
+                  .find("against"),
+              std::string::npos);
+}
+
 TEST_F(StudyFile, EveryResponseRunsOnItsOwnContactsUnlessTheyAreNamed) {
     const auto sources = [](const Study& study) {
         std::map<std::string, std::set<std::string>> found;
