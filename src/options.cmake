@@ -16,7 +16,7 @@ find_package(nlohmann_json 3.11 REQUIRED)
 find_package(CLI11 2.1 REQUIRED)
 find_package(Boost 1.74 REQUIRED)  # headers only: multiprecision integers of the truth oracle
 find_package(Threads REQUIRED)
-find_package(ZLIB REQUIRED)  # pages hold their frames deflated
+find_package(ZLIB REQUIRED)  # pages hold their frames and studies their records compressed
 find_package(SQLite3 3.36 REQUIRED)  # trocar table --sqlite
 
 add_library(trocar_options INTERFACE)

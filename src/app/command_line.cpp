@@ -223,7 +223,7 @@ int run_command(int argc, char** argv) {
     ReportOptions report_options;
     sub =
         line.add("report", "Rebuild a report from its stored records, byte for byte", "trocar report reports/default");
-    sub->add_option("directory", report_options.directory, "Folder that holds records.jsonl")->required();
+    sub->add_option("directory", report_options.directory, "Folder that holds the records of a study")->required();
     sub->add_option("--against", report_options.against,
                     "Write nothing: what changed since the records of this folder, figures of the clock left out; "
                     "status 1 when anything did");
@@ -240,7 +240,7 @@ int run_command(int argc, char** argv) {
         line.add("table", "A table for a paper out of a report's records: columns and rows by name",
                  "trocar table reports/default --columns scene,response,residual_penetration_max_m:mm,total_p99_ns:ms "
                  "--where scene=i2t_poke --where response=unilateral --where response=penalty --format tex");
-    sub->add_option("records", table_options.records, "Folder of a report, or its records.jsonl")->required();
+    sub->add_option("records", table_options.records, "Folder of a report, or its file of records")->required();
     sub->add_option(
            "--columns", table_options.columns,
            "NAME[:UNIT],...: columns of results.csv (trocar schema figures lists the figures), numbers in UNIT "

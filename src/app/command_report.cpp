@@ -17,13 +17,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::vector<Record> records_of(const std::filesystem::path& directory) {
-    if (!std::filesystem::is_directory(directory)) {
-        throw InputError(directory.string(), "", "a folder that holds records.jsonl", "no such folder");
-    }
-    return read_records(directory / "records.jsonl");
-}
-
 void print_text(const StudyComparison& found) {
     const auto list = [](const char* title, const std::vector<std::string>& runs) {
         for (const std::string& run : runs) fmt::print("{:<8} {}\n", title, run);
@@ -46,7 +39,7 @@ int compare(const CommonOptions& common, const ReportOptions& options) {
         throw InputError("command line", "--tolerance", "a number >= 0", fmt::format("{}", options.tolerance));
     }
     const StudyComparison found =
-        compare_studies(records_of(*options.against), records_of(options.directory), options.tolerance);
+        compare_studies(read_records(*options.against), read_records(options.directory), options.tolerance);
     if (common.json) {
         Json changes = Json::array();
         for (const FigureChange& change : found.changes) {
@@ -74,7 +67,7 @@ int compare(const CommonOptions& common, const ReportOptions& options) {
 /// Scenes are named from the study's file.
 void take_picture(const CommonOptions& common, const ReportOptions& options) {
     const std::filesystem::path& directory = options.directory;
-    const std::vector<Record> records = records_of(directory);
+    const std::vector<Record> records = read_records(directory);
     std::filesystem::path study = options.study.value_or(std::filesystem::path());
     if (!options.study) {
         const auto named = records.front().environment.find("study.file");

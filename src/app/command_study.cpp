@@ -1,7 +1,6 @@
 // `trocar study`: plans, runs every run in a child process (this same program with --child-run), reports, publishes.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
+#include "report/page_assets.hpp"
 #include "report/report.hpp"
 #include "report/view_links.hpp"
 #include "simulate/runs.hpp"
@@ -25,7 +25,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::uintmax_t largest_published = 16'000'000;  // bytes
+constexpr std::uintmax_t largest_published = 8'000'000;  // bytes of a report: compressed records, pages without scripts
 
 std::string method(const RunSpec& spec) {
     std::string text = spec.detector;
@@ -164,17 +164,6 @@ int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool jso
     return done;
 }
 
-/// Replay pages and their script, relative to the report's folder, sorted.
-std::vector<std::filesystem::path> pages_of(const std::filesystem::path& directory) {
-    std::vector<std::filesystem::path> pages;
-    if (!std::filesystem::is_directory(directory / view_folder)) return pages;
-    for (const auto& entry : std::filesystem::directory_iterator(directory / view_folder)) {
-        pages.push_back(std::filesystem::path(view_folder) / entry.path().filename());
-    }
-    std::sort(pages.begin(), pages.end());
-    return pages;
-}
-
 /// What page 1's picture shows is run once more and kept beside the records. A study without it is no failure: the page
 /// says that there is none.
 void keep_worst_tick(const Study& study, const CommonOptions& common, const std::filesystem::path& directory,
@@ -192,20 +181,27 @@ void keep_worst_tick(const Study& study, const CommonOptions& common, const std:
     std::filesystem::remove(file);
 }
 
-/// Copies a finished report (records, report, drawings, replays) to reports/<study>, as a whole or not at all.
+/// Copies a finished report (records, report, drawings, replays) to reports/<study>, as a whole or not at all. Its
+/// pages load the scripts of reports/assets.
 std::filesystem::path publish(const Study& study, const std::filesystem::path& directory, const Report& report) {
-    std::vector<std::string> names{"records.jsonl"};
-    for (const auto& [name, content] : report.files) names.push_back(name);
-    for (const std::filesystem::path& page : pages_of(directory)) names.push_back(page.generic_string());
+    std::vector<std::string> names{records_name};
     if (std::filesystem::exists(directory / worst_tick_file)) names.emplace_back(worst_tick_file);
+    for (const std::string& page : pages_there(directory)) names.push_back(fmt::format("{}/{}", view_folder, page));
+    for (const auto& [name, content] : report.files) {
+        if (!name.starts_with(own_assets)) names.push_back(name);
+    }
     std::uintmax_t size = 0;
     for (const std::string& name : names) size += std::filesystem::file_size(directory / name);
     if (size > largest_published) {
-        throw InputError(directory.string(), "", "at most 16 MB to publish",
+        throw InputError(directory.string(), "", fmt::format("at most {} MB to publish", largest_published / 1'000'000),
                          fmt::format("{:.1f} MB", 1e-6 * static_cast<double>(size)));
     }
     std::filesystem::path target = std::filesystem::path("reports") / study.name;
-    if (std::filesystem::exists(target) && std::filesystem::equivalent(target, directory)) return target;
+    write_shared_assets(target.parent_path());
+    if (std::filesystem::exists(target) && std::filesystem::equivalent(target, directory)) {
+        write_report(target);
+        return target;
+    }
     std::filesystem::path beside = target;
     beside += ".part";
     std::filesystem::remove_all(beside);
@@ -213,6 +209,7 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
         std::filesystem::create_directories((beside / name).parent_path());
         std::filesystem::copy_file(directory / name, beside / name);
     }
+    write_report(beside);
     std::filesystem::remove_all(target);
     std::filesystem::rename(beside, target);
     return target;
@@ -266,7 +263,7 @@ int study(const CommonOptions& common, const StudyOptions& options) {
         }
         return interrupted;
     }
-    const std::vector<Record> records = read_records(runner.directory / "records.jsonl");
+    const std::vector<Record> records = read_records(runner.directory);
     write_view_pages(runner.directory, records, study.file.parent_path(), common.data);
     keep_worst_tick(study, common, runner.directory, records);
     const Report report = write_report(runner.directory);

@@ -38,9 +38,7 @@ void print_json(const ChosenTable& table) {
 }  // namespace
 
 int table(const CommonOptions& common, const TableOptions& options) {
-    const std::filesystem::path file =
-        std::filesystem::is_directory(options.records) ? options.records / "records.jsonl" : options.records;
-    const std::vector<Record> records = read_records(file);
+    const std::vector<Record> records = read_records(options.records);
     if (options.sqlite) {
         write_run_database(records, *options.sqlite);
         if (common.json) print({{"file", options.sqlite->string()}, {"runs", records.size()}});

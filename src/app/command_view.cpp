@@ -29,10 +29,8 @@ bool is_recording(const std::filesystem::path& file) {
 }
 
 /// A folder of a report, or its records themselves.
-std::optional<std::filesystem::path> records_file(const std::filesystem::path& input) {
-    if (std::filesystem::is_directory(input)) return input / "records.jsonl";
-    if (input.extension() == ".jsonl") return input;
-    return std::nullopt;
+bool holds_records(const std::filesystem::path& input) {
+    return std::filesystem::is_directory(input) || input.extension() == ".jsonl" || input.extension() == ".gz";
 }
 
 ViewProgress shared_progress(std::int64_t ticks) {
@@ -72,12 +70,11 @@ ViewPage view_of_scene(const CommonOptions& common, const ViewOptions& options) 
 ViewPage view_of_records(const CommonOptions& common, const ViewOptions& options) {
     std::vector<Record> records;
     for (const std::filesystem::path& input : options.inputs) {
-        const std::optional<std::filesystem::path> file = records_file(input);
-        if (!file) {
+        if (!holds_records(input)) {
             throw InputError(input.string(), "", "a report's folder or its records beside another one",
                              "another kind of file");
         }
-        for (Record& record : read_records(*file)) records.push_back(std::move(record));
+        for (Record& record : read_records(input)) records.push_back(std::move(record));
     }
     const std::vector<std::string> scenes = viewed_scenes(records);
     // --scene names a scene of the records, or gives its file where the records do not lead to it.
@@ -114,7 +111,7 @@ int write_pages(const CommonOptions& common, const ViewOptions& options) {
     if (options.output || !options.scene.empty() || !options.responses.empty()) {
         throw InputError("command line", "--pages", "no --output, --scene or --response beside it", "one of them");
     }
-    const std::vector<Record> records = read_records(folder / "records.jsonl");
+    const std::vector<Record> records = read_records(folder);
     const std::size_t pages = write_view_pages(folder, records, study_folder_of(records.front()), common.data);
     if (common.json) {
         fmt::print("{}\n", Json{{"folder", (folder / view_folder).string()}, {"pages", pages}}.dump());
@@ -130,7 +127,7 @@ int write_pages(const CommonOptions& common, const ViewOptions& options) {
 int view(const CommonOptions& common, const ViewOptions& options) {
     if (options.pages) return write_pages(common, options);
     const std::filesystem::path& first = options.inputs.front();
-    const bool records = records_file(first).has_value();
+    const bool records = holds_records(first);
     const bool recording = !records && is_recording(first);
     if (!records && options.inputs.size() > 1) {
         throw InputError("command line", "", "one scene, one recording, or folders of reports",

@@ -128,7 +128,7 @@ struct ReportOptions {
 int report(const CommonOptions& common, const ReportOptions& options);
 
 struct TableOptions {
-    std::filesystem::path records;     ///< a report's folder, or its records.jsonl
+    std::filesystem::path records;     ///< a report's folder, or its file of records
     std::vector<std::string> columns;  ///< NAME[:UNIT]; empty: default columns
     std::vector<std::string> where;    ///< NAME=VALUE or NAME!=VALUE
     std::vector<std::string> sort;     ///< NAME[:desc]

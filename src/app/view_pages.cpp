@@ -10,6 +10,7 @@
 #include "app/view_runs.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
+#include "report/page_assets.hpp"
 #include "report/view_links.hpp"
 #include "view/page.hpp"
 #include "web/web.hpp"
@@ -17,12 +18,11 @@
 namespace trocar::app {
 namespace {
 
-constexpr const char* script = "viewer.js";
 constexpr std::size_t page_budget = 390'000;  ///< bytes of a page beside its script
 constexpr double time_limit_s = 600.0;        ///< a page runs its scene twice, judged at every tick
 
 std::string page_text(const std::filesystem::path& file, const std::vector<const Record*>& chosen,
-                      const std::optional<std::filesystem::path>& data) {
+                      const std::optional<std::filesystem::path>& data, const std::string& script) {
     const ViewPage page = page_of_records(read_scene(file, data), chosen, {});
     for (const ViewedRun& run : page.runs) {
         if (!run.note.empty()) fmt::print(stderr, "trocar: {}: {}: {}\n", page.scene, run.label, run.note);
@@ -36,6 +36,7 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
                              const std::filesystem::path& study_folder,
                              const std::optional<std::filesystem::path>& data) {
     const std::filesystem::path folder = directory / view_folder;
+    const std::string assets = assets_of(directory);
     std::filesystem::remove_all(folder);
     const std::vector<std::string> scenes = viewed_scenes(records);
     Progress progress("replay", static_cast<std::int64_t>(scenes.size()));
@@ -61,7 +62,7 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
             const IsolatedResult result = call_isolated(
                 [&]() -> std::string {
                     try {
-                        return page_text(*file, chosen, data);
+                        return page_text(*file, chosen, data, viewer_link(assets));
                     } catch (const InputError& error) {
                         return std::string("\n") + error.what();  // no page begins with an empty line
                     }
@@ -81,7 +82,10 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
         progress.end();
         fmt::print(stderr, "trocar: no replay of {}: {}\n", scene, why);
     }
-    if (written > 0) write_whole(folder / script, std::string(web::viewer_script()));
+    if (written > 0 && assets == own_assets) {
+        std::filesystem::create_directories(directory / own_assets);
+        write_whole(directory / own_assets / web::viewer_name, std::string(web::viewer_script()));
+    }
     return written;
 }
 

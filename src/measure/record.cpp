@@ -467,4 +467,10 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
     return record;
 }
 
+std::filesystem::path records_file(const std::filesystem::path& folder) {
+    const std::filesystem::path compressed = folder / records_name;
+    const std::filesystem::path plain = folder / "records.jsonl";
+    return !std::filesystem::exists(compressed) && std::filesystem::exists(plain) ? plain : compressed;
+}
+
 }  // namespace trocar

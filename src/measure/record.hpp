@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
@@ -69,5 +70,11 @@ std::string run_id(const RunSpec& spec);
 std::string to_json_line(const Record& record);
 /// Throws InputError with file and line number.
 Record record_from_json_line(const std::string& line, const std::string& file, std::int64_t line_number);
+
+/// Name of the file in which a study stores its records, one line each, compressed by gzip.
+inline constexpr const char* records_name = "records.jsonl.gz";
+/// The records of a folder: records.jsonl.gz, which is the newer format and wins where both are there, or the plain
+/// records.jsonl of earlier versions. Where neither is there, the name of the former.
+std::filesystem::path records_file(const std::filesystem::path& folder);
 
 }  // namespace trocar

@@ -3,10 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
-#include <stdexcept>
+#include <istream>
+#include <memory>
 #include <variant>
 
+#include "geometry/gzip.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
@@ -22,9 +23,7 @@
 namespace trocar {
 namespace {
 
-constexpr const char* charts_file = "charts/charts.js";
-
-Report compose(const std::vector<Record>& records, const std::string& worst_tick) {
+Report compose(const std::vector<Record>& records, const std::string& worst_tick, const std::string& assets) {
     Draft draft(records);
     const Verdict overall = make_verdict(draft.results, draft.reference, draft.mode, draft.results.scenes(draft.mode));
     add_page_one(draft, worst_tick);
@@ -66,14 +65,14 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
             const auto* figure = std::get_if<Figure>(&block);
             return figure != nullptr && !figure->chart.empty();
         });
-    if (interactive) draft.document.charts_js = charts_file;
+    if (interactive) draft.document.charts_js = fmt::format("{}/{}", assets, web::charts_name);
 
     Report report;
     for (const Block& block : draft.document.blocks) {
         if (const auto* figure = std::get_if<Figure>(&block)) report.files[figure->file] = figure->svg;
     }
     report.files["report.md"] = page_one_to_markdown(draft.document, "report.html");
-    if (interactive) report.files[charts_file] = web::charts_script();
+    if (interactive && assets == own_assets) report.files[draft.document.charts_js] = web::charts_script();
     report.files["report.html"] = to_html(draft.document);
     report.files.merge(results_files(records));
     report.page_one = terminal_text(draft);
@@ -84,7 +83,7 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
 }  // namespace
 
 Report make_report(const std::vector<Record>& records, const std::string& worst_tick,
-                   const std::set<std::string>& pages) {
+                   const std::set<std::string>& pages, const std::string& assets) {
     if (records.empty()) {
         const Document document{.title = "trocar study",
                                 .blocks = {Paragraph{"There are no records.", Paragraph::Style::normal}}};
@@ -92,17 +91,21 @@ Report make_report(const std::vector<Record>& records, const std::string& worst_
                 .page_one = "There are no records.\n",
                 .document = document};
     }
-    Report report = compose(records, worst_tick);
+    Report report = compose(records, worst_tick, assets);
+    if (!pages.empty() && assets == own_assets) {
+        report.files[fmt::format("{}/{}", own_assets, web::viewer_name)] = web::viewer_script();
+    }
     add_view_links(records, pages, report.files);
     return report;
 }
 
-std::vector<Record> read_records(const std::filesystem::path& file) {
-    std::ifstream stream = open_input(file, "the records of a study");
+std::vector<Record> read_records(const std::filesystem::path& input) {
+    const std::filesystem::path file = std::filesystem::is_directory(input) ? records_file(input) : input;
+    const std::unique_ptr<std::istream> stream = open_lines(file, "the records of a study");
     std::vector<Record> records;
     std::string line;
     std::int64_t ticks = 0;
-    for (std::int64_t number = 1; read_line(stream, line, file.string()); ++number) {
+    for (std::int64_t number = 1; read_line(*stream, line, file.string()); ++number) {
         if (line.empty()) continue;
         records.push_back(record_from_json_line(line, file.string(), number));
         ticks += static_cast<std::int64_t>(records.back().rows.size());
@@ -117,14 +120,16 @@ std::vector<Record> read_records(const std::filesystem::path& file) {
 
 Report write_report(const std::filesystem::path& directory) {
     if (!std::filesystem::is_directory(directory)) {
-        throw InputError(directory.string(), "", "a folder that holds records.jsonl", "no such folder");
+        throw InputError(directory.string(), "", "a folder that holds the records of a study", "no such folder");
     }
     const std::filesystem::path seen = directory / worst_tick_file;
+    const std::string assets = assets_of(directory);
     Report report = make_report(
-        read_records(directory / "records.jsonl"),
+        read_records(directory),
         std::filesystem::exists(seen) ? read_whole(seen, "what a study saw at its worst tick") : std::string(),
-        pages_there(directory));
+        pages_there(directory), assets);
     write_report_files(directory, report.files);
+    link_viewer(directory, assets);
     return report;
 }
 

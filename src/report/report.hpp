@@ -10,6 +10,7 @@
 
 #include "measure/record.hpp"
 #include "report/document.hpp"
+#include "report/page_assets.hpp"
 
 namespace trocar {
 
@@ -20,15 +21,18 @@ struct Report {
 };
 
 /// Pure. An empty list gives a report that states so. `worst_tick`: content of worst_tick.json (worst_tick.hpp), or
-/// empty. `pages`: names of the replay pages (view_links.hpp).
+/// empty. `pages`: names of the replay pages (view_links.hpp). `assets`: where its pages find their scripts
+/// (page_assets.hpp); only own_assets are among the files.
 Report make_report(const std::vector<Record>& records, const std::string& worst_tick = {},
-                   const std::set<std::string>& pages = {});
+                   const std::set<std::string>& pages = {}, const std::string& assets = own_assets);
 
-/// Reads a records.jsonl. Throws InputError with the line number.
-std::vector<Record> read_records(const std::filesystem::path& file);
+/// Reads records from a file, or from a folder's (records_file). Throws InputError with the line number, or with the
+/// place in a gzip file (geometry/gzip.hpp).
+std::vector<Record> read_records(const std::filesystem::path& input);
 
-/// Reads directory/records.jsonl and, if present, worst_tick.json; writes the report's files into the directory
-/// (report_files.hpp). Throws InputError when there are no records.
+/// Reads the directory's records and, if present, worst_tick.json; writes the report's files into the directory
+/// (report_files.hpp) and links its replay pages to their script (view_links.hpp). Throws InputError when there are no
+/// records.
 Report write_report(const std::filesystem::path& directory);
 
 }  // namespace trocar

@@ -19,6 +19,12 @@ void remove_what_is_left(const std::filesystem::path& directory, const std::map<
         }
     };
     search("charts", [](const auto& name) { return name.extension() == ".svg" || name.extension() == ".js"; });
+    const auto is_script = [](const auto& name) {
+        const std::string file = name.filename().string();
+        return name.extension() == ".js" && (file.starts_with("charts") || file.starts_with("viewer"));
+    };
+    search("assets", is_script);
+    search("view", is_script);
     search("", [](const auto& name) {
         return name.extension() == ".csv" && name.filename().string().starts_with("results_");
     });

@@ -43,11 +43,12 @@ void add_glossary(Draft& draft) {
 void add_rebuild(Draft& draft) {
     draft.heading(2, "Files and how to rebuild");
     draft.document.blocks.emplace_back(
-        CodeBlock{fmt::format("trocar report DIR    # this report from DIR/records.jsonl, byte for byte\n"
+        CodeBlock{fmt::format("trocar report DIR    # this report from the records, byte for byte\n"
                               "trocar study {}    # the records: other times, same pairs and motion",
                               common_fact(draft.records, "study.file"))});
     draft.paragraph(
-        "`records.jsonl`: every run with its specification, environment and ticks (of a closed loop the judged ones). "
+        "`records.jsonl.gz`: every run with its specification, environment and ticks (of a closed loop the judged "
+        "ones). "
         "`results.csv`: one row per run, of every mode; `figures.csv`: meanings of its columns. `charts/`: the "
         "drawings. `trocar table DIR --format tex`: a table for a paper.");
 }

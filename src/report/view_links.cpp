@@ -2,8 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
+
 #include "geometry/whole_file.hpp"
 #include "report/document.hpp"
+#include "web/web.hpp"
 
 namespace trocar {
 namespace {
@@ -47,6 +50,24 @@ std::set<std::string> pages_there(const std::filesystem::path& directory) {
         if (entry.path().extension() == ".html") pages.insert(entry.path().filename().string());
     }
     return pages;
+}
+
+std::string viewer_link(const std::string& assets) { return fmt::format("../{}/{}", assets, web::viewer_name); }
+
+void link_viewer(const std::filesystem::path& directory, const std::string& assets) {
+    constexpr std::string_view begin = "<script src=\"";
+    constexpr std::string_view end = "\"></script>\n</body>\n</html>\n";
+    for (const std::string& page : pages_there(directory)) {
+        const std::filesystem::path file = directory / view_folder / page;
+        const std::string html = read_whole(file, "a replay page");
+        const std::size_t at = html.rfind(begin);
+        if (at == std::string::npos || !html.ends_with(end) ||
+            html.find('"', at + begin.size()) != html.size() - end.size())
+            continue;
+        std::string linked = html.substr(0, at + begin.size()) + viewer_link(assets);
+        linked += end;
+        if (linked != html) write_whole(file, linked);
+    }
 }
 
 void add_view_links(const std::vector<Record>& records, const std::set<std::string>& pages,

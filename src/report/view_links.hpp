@@ -27,6 +27,11 @@ std::string page_of_scene(const std::string& scene);
 /// Names of the pages in a report's directory.
 std::set<std::string> pages_there(const std::filesystem::path& directory);
 
+/// Script of the replay pages, relative to them. `assets` as in page_assets.hpp, relative to the report.
+std::string viewer_link(const std::string& assets);
+/// Makes every replay page of a report that loads its script load that of `assets`.
+void link_viewer(const std::filesystem::path& directory, const std::string& assets);
+
 /// Inserts one line under the title of report.md and report.html: links to the existing pages, or how to create them.
 /// Does nothing when no scene is viewable. Pure; applied to the finished files.
 void add_view_links(const std::vector<Record>& records, const std::set<std::string>& pages,

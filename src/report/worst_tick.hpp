@@ -14,7 +14,7 @@
 
 namespace trocar {
 
-/// File name beside records.jsonl.
+/// File name beside the records.
 inline constexpr const char* worst_tick_file = "worst_tick.json";
 
 /// Vertical cut through the deepest point, which is the origin. Lengths in mm, x along the cut, y up.

@@ -15,6 +15,7 @@
 #include <stdexcept>
 
 #include "geometry/fnv_hash.hpp"
+#include "geometry/gzip.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "study/child_process.hpp"
@@ -323,7 +324,7 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
         if (options.progress) options.progress(plan.size(), nullptr);
         std::string records;
         for (const PlannedRun& run : plan) records += read_whole(runner.file_of(run), "a record");
-        write_whole(options.directory / "records.jsonl", records);
+        write_whole(options.directory / records_name, gzipped(records));
     }
     for (const auto& entry : std::filesystem::directory_iterator(all_runs)) {
         if (entry.path() != folder) std::filesystem::remove_all(entry.path(), error);

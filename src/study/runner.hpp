@@ -17,7 +17,7 @@ namespace trocar {
 std::string binary_identity();
 
 struct RunnerOptions {
-    std::filesystem::path directory;  ///< finished runs: directory/runs; result: directory/records.jsonl
+    std::filesystem::path directory;  ///< finished runs: directory/runs; result: directory/records.jsonl.gz
     /// Program and arguments to which "--child-run I --child-output FILE" is appended, with a --child-run for every run
     /// of a group. The child writes a JSON line for each record, in this order, to a temporary file and renames it to
     /// FILE. Without a complete FILE the run, or the one of the group that had its turn (write_turn), counts as
@@ -39,8 +39,8 @@ struct RunnerResult {
     std::int64_t found = 0;  ///< finished runs of an earlier start
 };
 
-/// Executes the missing runs and writes directory/records.jsonl in plan order. An interruption keeps the finished runs
-/// and writes no records.jsonl. Precondition: every run of `plan` is completed (complete_run). Throws InputError when
+/// Executes the missing runs and writes directory/records.jsonl.gz in plan order. An interruption keeps the finished
+/// runs and writes no records. Precondition: every run of `plan` is completed (complete_run). Throws InputError when
 /// another runner uses the directory.
 RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& options);
 

@@ -6,6 +6,11 @@
 
 namespace trocar::web {
 
+/// Names under which pages load the scripts. The number counts versions: it rises when pages written for the script of
+/// before cannot use the new one.
+inline constexpr const char* charts_name = "charts-1.js";
+inline constexpr const char* viewer_name = "viewer-1.js";
+
 /// charts.js: a classic script, UTF-8, without "</script"; sets window.trocarCharts.
 std::string_view charts_script();
 

@@ -10,6 +10,7 @@
 #include "support/recordings.hpp"
 #include "support/scene_samples.hpp"
 #include "support/text.hpp"
+#include "support/unpacked.hpp"
 
 namespace trocar {
 namespace {
@@ -96,7 +97,7 @@ TEST_F(ExitStatus, AMetamorphicTestOfADetectorThatRefusesReportsTheRefusal) {
     const std::string study = write("study.json", R"({"format":"trocar-study-3","name":"refused",
         "experiments":[{"frames":"replay","perturbed":true,"scenes":["poke.json"],"detectors":["liar:refuse=on"],"ticks":3}]})");
     const ProgramResult result = with_liars("study " + study + " --output " + file("out"));
-    std::ifstream lines(file("out") + "/records.jsonl");
+    std::istringstream lines(test::unpacked(file("out") + "/records.jsonl.gz"));
     int records = 0;
     for (std::string line; std::getline(lines, line); ++records) {
         EXPECT_NE(line.find("not this frame"), std::string::npos) << line;

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <string>
 
+#include "geometry/gzip.hpp"
 #include "support/commands.hpp"
 #include "support/scene_samples.hpp"
 #include "support/text.hpp"
@@ -95,6 +96,10 @@ TEST_F(SizeLimits, FacesOfHundredThousandCornersAndLargeFilesAreRefused) {
     for (const std::string command : {"report ", "table "})
         expect_refused(command + folder_.path().string(), "at most 24 MB of a line");
     expect_refused("tritri " + lines, "at most 24 MB of a line");
+    // In the other format it is the size unpacked that counts.
+    write("records.jsonl.gz", gzipped(std::string(24'100'000, 'x')));
+    for (const std::string command : {"report ", "table "})
+        expect_refused(command + folder_.path().string(), "records.jsonl.gz: expected at most 24 MB of a line");
 }
 
 TEST_F(SizeLimits, StudiesOfMoreThanHundredThousandRunsAreRefused) {

@@ -12,6 +12,9 @@
 #include <thread>
 
 #include "support/commands.hpp"
+#include "support/page_links.hpp"
+#include "support/unpacked.hpp"
+#include "web/web.hpp"
 
 namespace trocar::test {
 namespace {
@@ -75,7 +78,7 @@ protected:
     [[nodiscard]] nlohmann::json run_json() const { return json_of(arguments() + " --json"); }
     void expect_resumed(const Files& before) const {
         ASSERT_GE(before.size(), 2U);
-        EXPECT_FALSE(std::filesystem::exists(output() / "records.jsonl"));
+        EXPECT_FALSE(std::filesystem::exists(output() / records));
         const nlohmann::json summary = run_json();
         EXPECT_GE(summary["found"].get<std::size_t>(), before.size());
         EXPECT_EQ(summary["made"].get<int>() + summary["found"].get<int>(), total_runs);
@@ -86,6 +89,7 @@ protected:
 
     // Replay 2 x 2, closed loop 2 scenes x 2 detectors x 2 responses; once each: two detectors
     // without native contacts, and a response that cannot read them.
+    static constexpr const char* records = "records.jsonl.gz";
     static constexpr int not_run = 2 + 1;
     static constexpr int total_runs = 4 + 8 + not_run;
     TemporaryFolder folder_;
@@ -109,17 +113,52 @@ TEST_F(StudyCommand, ReportsEveryRunAndRebuildsTheReportToTheByte) {
     EXPECT_EQ(first["outcomes"]["ok"], total_runs - not_run) << first.dump();
     EXPECT_EQ(first["outcomes"]["unsupported"], not_run);
     const Files files = files_below(output());
-    for (const char* name : {"report.md", "report.html", "results.csv", "records.jsonl"}) {
+    for (const char* name : {"report.md", "report.html", "results.csv", records}) {
         EXPECT_TRUE(files.contains(name)) << name;
     }
     run_successfully("report " + output().string());
     EXPECT_EQ(files_below(output()), files);
     // Records carry where their numbers come from.
-    const std::string& records = files.at("records.jsonl");
-    const nlohmann::json record = nlohmann::json::parse(records.substr(0, records.find('\n')));
+    const std::string lines = unpacked(output() / records);
+    const nlohmann::json record = nlohmann::json::parse(lines.substr(0, lines.find('\n')));
     for (const char* key : {"cpu", "compiler", "commit", "dirty", "binary", "study.reference"}) {
         EXPECT_TRUE(record["environment"].contains(key)) << key;
     }
+}
+
+TEST_F(StudyCommand, PublishedReportsShareTheirScriptsAndAMovedOneHoldsItsOwn) {
+    const std::string publish = "cd " + folder_.path().string() + " && " + TROCAR_PROGRAM;
+    run_successfully("study study.json --output out --publish", publish);
+    const auto script = [](const std::filesystem::path& page) { return links_of(read_file(page)).front(); };
+    EXPECT_EQ(script(output() / "report.html"), "assets/charts-1.js");
+    EXPECT_EQ(script(output() / "view/i2t_poke.html"), "../assets/viewer-1.js");
+    EXPECT_EQ(broken_links(output()), std::vector<std::string>());
+    const Files scripts{{"charts-1.js", std::string(web::charts_script())},
+                        {"viewer-1.js", std::string(web::viewer_script())}};
+    EXPECT_EQ(files_below(output() / "assets"), scripts);
+
+    const std::filesystem::path reports = folder_.path() / "reports";
+    EXPECT_EQ(files_below(reports / "assets"), scripts);
+    EXPECT_FALSE(std::filesystem::exists(reports / "small/assets"));
+    EXPECT_EQ(script(reports / "small/report.html"), "../assets/charts-1.js");
+    EXPECT_EQ(script(reports / "small/view/i2t_poke.html"), "../../assets/viewer-1.js");
+    EXPECT_EQ(broken_links(reports), std::vector<std::string>());
+    const Files published = files_below(reports);
+    run_successfully("report " + (reports / "small").string());
+    EXPECT_EQ(files_below(reports), published);
+    run_successfully("study study.json --output out --publish", publish);
+    EXPECT_EQ(files_below(reports), published);
+
+    // Rebuilt elsewhere it is the report that the study wrote; its folder can then be moved as it is.
+    std::filesystem::copy(reports / "small", folder_.path() / "copy", std::filesystem::copy_options::recursive);
+    run_successfully("report " + (folder_.path() / "copy").string());
+    Files written = files_below(output());
+    std::erase_if(written, [](const auto& file) { return file.first.starts_with("runs/") || file.first == "lock"; });
+    EXPECT_EQ(files_below(folder_.path() / "copy"), written);
+    // A script of another version is not this program's.
+    std::ofstream(reports / "assets/viewer-1.js", std::ios::app) << "//";
+    run_successfully("report " + (reports / "small").string());
+    EXPECT_EQ(files_below(reports / "small"), written);
 }
 
 TEST_F(StudyCommand, ThePictureOfTheWorstTickIsOfTheRecordsAndMadeAgainToTheByte) {
@@ -131,8 +170,8 @@ TEST_F(StudyCommand, ThePictureOfTheWorstTickIsOfTheRecordsAndMadeAgainToTheByte
     const std::string before = read_file(picture);
     const nlohmann::json seen = nlohmann::json::parse(before);
     std::set<std::string> hashes;  // of the records on that scene
-    std::istringstream records(read_file(output() / "records.jsonl"));
-    for (std::string line; std::getline(records, line);) {
+    std::istringstream lines(unpacked(output() / records));
+    for (std::string line; std::getline(lines, line);) {
         const nlohmann::json record = nlohmann::json::parse(line);
         if (record["spec"]["scene"] == seen["scene"]) hashes.insert(record["state_hash"].get<std::string>());
     }

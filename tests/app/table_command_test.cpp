@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "support/commands.hpp"
+#include "support/unpacked.hpp"
 
 namespace trocar {
 namespace {
@@ -13,7 +14,7 @@ TEST(TableCommand, PrintsEveryFormatFromAFolderOrItsRecords) {
     const std::string words = " --columns scene,response,residual_penetration_max_m:mm --where scene=i2t_poke";
     const test::ProgramResult markdown = test::run_successfully("table " + published + words);
     EXPECT_TRUE(markdown.out.starts_with("| scene | response | residual penetration max (mm) |\n")) << markdown.out;
-    EXPECT_EQ(test::run_program("table " + published + "/records.jsonl" + words).out, markdown.out);
+    EXPECT_EQ(test::run_program("table " + published + "/records.jsonl.gz" + words).out, markdown.out);
     EXPECT_NE(test::run_program("table " + published + words + " --format tex").out.find("\\begin{tabular}"),
               std::string::npos);
     const test::ProgramResult csv = test::run_program("table " + published + words + " --format csv");
@@ -31,9 +32,9 @@ TEST(TableCommand, WritesEveryRunAsADatabase) {
     EXPECT_EQ(test::run_successfully("table " + published + " --sqlite " + file).out, "");
     const std::string bytes = test::read_file(file);
     EXPECT_TRUE(bytes.starts_with("SQLite format 3")) << bytes.substr(0, 20);
-    const auto json = test::json_of("table " + published + "/records.jsonl --json --sqlite " + file);
+    const auto json = test::json_of("table " + published + "/records.jsonl.gz --json --sqlite " + file);
     EXPECT_EQ(json["file"], file);
-    const std::string records = test::read_file(published + "/records.jsonl");
+    const std::string records = test::unpacked(published + "/records.jsonl.gz");
     EXPECT_EQ(json["runs"], std::count(records.begin(), records.end(), '\n'));
     EXPECT_EQ(test::read_file(file), bytes) << "the same records, the same bytes";
     for (const std::string choice : {" --columns scene", " --where scene=i2t_poke", " --sort scene", " --format csv"}) {

@@ -25,7 +25,7 @@ const std::map<std::string, Target>& readers() {
     static const std::map<std::string, Target> targets{
         {"mesh_obj", mesh_obj},   {"mesh_off", mesh_off}, {"mesh_ply", mesh_ply}, {"mesh_stl", mesh_stl},
         {"mesh_vrml", mesh_vrml}, {"scene", scene},       {"study", study},       {"recording", recording},
-        {"baseline", baseline},   {"record", record},     {"report", report}};
+        {"baseline", baseline},   {"lines", lines},       {"record", record},     {"report", report}};
     return targets;
 }
 

@@ -5,6 +5,7 @@ OUTPUT/seeds/TARGET holds small inputs made from the project's scenes, studies a
 is there, from its meshes, pairs and response cases, cut to a few dozen triangles; nothing of them is committed.
 OUTPUT/dictionaries/TARGET has the words that stand in quotes in the target's own sources, so that it knows every key.
 """
+import gzip
 import itertools
 import json
 import pathlib
@@ -26,6 +27,7 @@ SOURCES = {
     'recording': ['scene/recording.cpp'],
     'replay': ['scene/recording.cpp'],
     'baseline': ['study/contact_baseline.cpp'],
+    'lines': ['geometry/gzip.cpp'],
     'record': ['measure/record.cpp', 'measure/record.hpp', 'contact/outcome.cpp'],
     'report': ['measure/record.cpp', 'measure/record.hpp', 'measure/metrics.*', 'contact/outcome.cpp', 'report/worst_tick*.cpp'],
     'response_cases': ['app/command_respond.cpp', 'app/respond_*.cpp', 'app/respond_*.hpp'],
@@ -247,11 +249,9 @@ def baseline_text(contacts):
 def record_seeds(project):
     """Published records of every kind of run, cut to the first few of what they list."""
     kinds = {}
-    for file in sorted((project / 'reports').glob('*/records.jsonl')):
-        for line in file.read_text().splitlines():
+    for file in sorted((project / 'reports').glob('*/records.jsonl.gz')):
+        for line in gzip.open(file, 'rt').read().splitlines():
             record = json.loads(line)
-            if 'spec' not in record:  # of the detection benchmark
-                break
             kinds.setdefault((record['spec']['mode'], record['outcome'], 'events' in record), record)
     for (mode, outcome, events), record in kinds.items():
         for count in (0, 2):
@@ -281,7 +281,9 @@ def seeds(project, data):
     yield 'baseline', 'all', baseline_text(contacts)
     yield 'baseline', 'few', baseline_text(contacts[:2])
     yield from record_seeds(project)
-    one = json.loads((project / 'reports/default/records.jsonl').open().readline())
+    one = json.loads(gzip.open(project / 'reports/default/records.jsonl.gz', 'rt').readline())
+    yield 'lines', 'one', gzip.compress(b'one\ntwo\n', mtime=0)
+    yield 'lines', 'two', gzip.compress(bytes(5000) + b'\n', mtime=1) + gzip.compress(b'', 1, mtime=0)
     for file in sorted((project / 'reports').glob('*/worst_tick.json')):
         yield 'report', f'worst-{file.parent.name}', json.dumps(json.loads(file.read_text())) + '\n' + json.dumps(dict(one, rows={}))
     yield 'pairs', 'two', '0 0 0 1 0 0 0 1 0 0.2 0.2 -1 0.2 0.2 1 0.3 0.4 1 1 transversal\n0 0 0 1 0 0 0 1 0 5 5 5 6 5 5 5 6 5\n'

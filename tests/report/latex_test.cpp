@@ -85,7 +85,7 @@ TEST(LatexTables, NoneOfThePublishedReportsIsTooWide) {
     const std::filesystem::path published = std::filesystem::path(TROCAR_SOURCE_DIR) / "reports";
     for (const char* study : {"steppers", "hard_cases"}) {
         const std::map<std::string, std::string> tables =
-            tables_of(make_report(read_records(published / study / "records.jsonl")).document);
+            tables_of(make_report(read_records(published / study)).document);
         ASSERT_GT(tables.size(), 5U) << study;
         EXPECT_EQ(overfull_boxes(log_of(tables)), 0) << study;
     }

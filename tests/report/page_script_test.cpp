@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "report/report.hpp"
+#include "report/report_files.hpp"
 #include "support/program.hpp"
 #include "synthetic.hpp"
 
@@ -13,15 +14,15 @@ namespace {
 
 /// Runs `probe` in the folder's copy of a page, after its own script, in a window of 1400 px. Gives back what it put
 /// into the page's title.
-std::string title_of(std::string page, const std::string& probe, const test::TemporaryFolder& folder) {
+std::string title_of(std::string page, const std::string& probe, const std::filesystem::path& folder) {
     page.insert(page.find("</body>"), "<script>" + probe + "</script>");
-    std::ofstream(folder.path() / "probe.html") << page;
+    std::ofstream(folder / "probe.html") << page;
     const std::string command =
-        "chromium --headless=new --no-sandbox --disable-gpu --user-data-dir=" + (folder.path() / "browser").string() +
-        " --window-size=1400,3000 --virtual-time-budget=2000 --dump-dom file://" +
-        (folder.path() / "probe.html").string() + " > " + (folder.path() / "dom").string() + " 2> /dev/null";
+        "chromium --headless=new --no-sandbox --disable-gpu --user-data-dir=" + (folder / "browser").string() +
+        " --window-size=1400,3000 --virtual-time-budget=2000 --dump-dom file://" + (folder / "probe.html").string() +
+        " > " + (folder / "dom").string() + " 2> /dev/null";
     if (std::system(command.c_str()) != 0) return "the browser failed";
-    const std::string dom = test::read_file(folder.path() / "dom");
+    const std::string dom = test::read_file(folder / "dom");
     const std::size_t from = dom.find("<title>") + 7;
     return dom.substr(from, dom.find("</title>") - from);
 }
@@ -29,9 +30,8 @@ std::string title_of(std::string page, const std::string& probe, const test::Tem
 std::string title_after(const std::vector<Record>& records, const std::string& probe) {
     const test::TemporaryFolder folder;
     const Report report = make_report(records);
-    std::filesystem::create_directories(folder.path() / "charts");
-    for (const auto& [name, content] : report.files) std::ofstream(folder.path() / name) << content;
-    return title_of(report.files.at("report.html"), probe, folder);
+    write_report_files(folder.path(), report.files);
+    return title_of(report.files.at("report.html"), probe, folder.path());
 }
 
 bool no_browser() { return std::system("command -v chromium > /dev/null 2>&1") != 0; }
@@ -88,6 +88,25 @@ TEST(PageScript, EveryChartHasADescriptionThatTheScriptBesideThePageDraws) {
               "true");
 }
 
+TEST(PageScript, ChartsAreDrawnInAReportThatWasMovedAndByTheSharedScript) {
+    if (no_browser()) GTEST_SKIP() << "no chromium";
+    const std::string probe = R"(
+        var figure = document.querySelector("figure[data-chart]");
+        window.trocarDraw(figure);
+        document.title = figure.querySelectorAll("div.chart svg path").length > 5;)";
+    for (const bool shared : {false, true}) {
+        const test::TemporaryFolder folder;
+        if (shared) write_shared_assets(folder.path());
+        test::store_records(folder.path() / "report", eleven());
+        write_report(folder.path() / "report");
+        EXPECT_EQ(std::filesystem::exists(folder.path() / "report" / own_assets), !shared);
+        const test::TemporaryFolder elsewhere;
+        std::filesystem::rename(folder.path() / "report", (shared ? folder : elsewhere).path() / "moved");
+        const std::filesystem::path page = (shared ? folder : elsewhere).path() / "moved" / "report.html";
+        EXPECT_EQ(title_of(test::read_file(page), probe, page.parent_path()), "true") << shared;
+    }
+}
+
 TEST(PageScript, EveryRowHasACommandAndHeadersOfFiguresAreExplained) {
     if (no_browser()) GTEST_SKIP() << "no chromium";
     EXPECT_EQ(title_after(eleven(), R"(
@@ -110,7 +129,7 @@ TEST(PageScript, NoTableOfAPublishedReportIsWiderThanThePage) {
             document.title = Array.from(document.querySelectorAll("main table")).filter(function (table) {
                 return table.parentNode.scrollWidth > table.parentNode.clientWidth;
             }).map(function (table) { return table.tHead.textContent; }).join("; ");)",
-                           folder),
+                           folder.path()),
                   "")
             << page;
     }

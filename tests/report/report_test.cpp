@@ -59,11 +59,35 @@ TEST(ReadRecords, ManyShortLinesThatAskForManyTicksAreRefusedWithTheFigure) {
     ASSERT_NE(at, std::string::npos) << line;
     line.replace(at, none.size(), "\"rows\":{\"count\":400000,\"pairs\":{\"all\":1}}");
     const test::TemporaryFolder folder;
-    const std::filesystem::path file =
-        folder.write("records.jsonl", line + "\n\n" + line + "\n" + line + "\n" + line + "\n");
-    EXPECT_EQ(
-        test::complaint_of([&] { (void)read_records(file); }),
-        file.string() + ": line 4: expected at most 1000000 ticks of all records (--large lifts this), got 1200000");
+    const std::string lines = line + "\n\n" + line + "\n" + line + "\n" + line + "\n";
+    for (const std::filesystem::path& file :
+         {folder.write("records.jsonl", lines), folder.write("records.jsonl.gz", gzipped(lines))}) {
+        EXPECT_EQ(test::complaint_of([&] { (void)read_records(file); }),
+                  file.string() +
+                      ": line 4: expected at most 1000000 ticks of all records (--large lifts this), got 1200000");
+    }
+}
+
+TEST(ReadRecords, TakesPlainAndCompressedOnesAndPrefersTheCompressedWhereBothAreThere) {
+    const test::TemporaryFolder folder;
+    const auto scene_of = [](const std::filesystem::path& input) { return read_records(input).at(0).spec.scene; };
+    const auto line = [](const std::string& scene) {
+        return to_json_line(synthetic({.scene = scene, .ticks = 3})) + "\n";
+    };
+    const std::filesystem::path plain = folder.write("records.jsonl", line("plain"));
+    EXPECT_EQ(scene_of(folder.path()), "plain");
+    const std::filesystem::path compressed = folder.write("records.jsonl.gz", gzipped(line("compressed")));
+    EXPECT_EQ(scene_of(folder.path()), "compressed");
+    EXPECT_EQ(scene_of(plain), "plain");
+    EXPECT_EQ(scene_of(compressed), "compressed");
+    // Even where it cannot be read: the older one would pass for it.
+    const std::string half = gzipped(line("compressed")).substr(0, 50);
+    folder.write("records.jsonl.gz", half);
+    for (const std::string& command : {std::string("report "), std::string("table "), std::string("view "),
+                                       "report --against " + plain.string() + " "}) {
+        test::expect_refused(command + folder.path().string(),
+                             compressed.string() + ": byte 50: expected a whole gzip file, got its end");
+    }
 }
 
 TEST(RunFigures, QuantilesLeaveTheWarmUpOut) {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "geometry/gzip.hpp"
 #include "measure/metrics.hpp"
 #include "measure/record.hpp"
 #include "report/report.hpp"
@@ -89,8 +90,9 @@ inline Record synthetic(const SyntheticRun& run) {
 /// Writes records as a study does.
 inline void store_records(const std::filesystem::path& folder, const std::vector<Record>& records) {
     std::filesystem::create_directories(folder);
-    std::ofstream stream(folder / "records.jsonl");
-    for (const Record& record : records) stream << to_json_line(record) << "\n";
+    std::string lines;
+    for (const Record& record : records) lines += to_json_line(record) + "\n";
+    std::ofstream(folder / records_name, std::ios::binary) << gzipped(lines);
 }
 
 /// All that a report says, page 1 and what stands behind it, as Markdown.

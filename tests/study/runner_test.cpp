@@ -18,6 +18,7 @@
 
 #include "geometry/input_error.hpp"
 #include "support/program.hpp"
+#include "support/unpacked.hpp"
 
 namespace trocar {
 namespace {
@@ -68,9 +69,9 @@ protected:
         return text;
     }
     [[nodiscard]] std::vector<Record> records() const {
-        std::ifstream stream(output() / "records.jsonl");
+        std::istringstream lines(test::unpacked(output() / records_name));
         std::vector<Record> list;
-        for (std::string line; std::getline(stream, line);) list.push_back(record_from_json_line(line, "records", 1));
+        for (std::string line; std::getline(lines, line);) list.push_back(record_from_json_line(line, "records", 1));
         return list;
     }
 
@@ -147,7 +148,7 @@ TEST_F(RunnerTest, AnInterruptionEndsAllThatRunSideBySide) {
     const auto start = std::chrono::steady_clock::now();
     EXPECT_TRUE(run_plan(plan_, side_by_side).interrupted);
     EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(20));
-    EXPECT_FALSE(std::filesystem::exists(output() / "records.jsonl"));
+    EXPECT_FALSE(std::filesystem::exists(output() / records_name));
     for (const auto& entry : std::filesystem::recursive_directory_iterator(output())) {
         EXPECT_NE(entry.path().extension(), ".child");
         EXPECT_NE(entry.path().extension(), ".log");
@@ -198,7 +199,7 @@ TEST_F(RunnerTest, InterruptedStudyGoesOnWhereItStopped) {
     const RunnerResult first = run_plan(plan_, options("2) kill -INT $PPID; sleep 60;;"));
     EXPECT_TRUE(first.interrupted);
     EXPECT_EQ(first.made, 2);
-    EXPECT_FALSE(std::filesystem::exists(output() / "records.jsonl"));
+    EXPECT_FALSE(std::filesystem::exists(output() / records_name));
     EXPECT_EQ(started(), "0 1 2 ");
     const RunnerResult second = run_plan(plan_, options(""));
     EXPECT_FALSE(second.interrupted);

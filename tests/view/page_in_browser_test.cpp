@@ -5,6 +5,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "report/page_assets.hpp"
+#include "report/view_links.hpp"
 #include "support/commands.hpp"
 #include "web/web.hpp"
 
@@ -40,11 +42,11 @@ protected:
     TemporaryFolder folder_;
 };
 
-/// Free of what a reader must never meet.
-void expect_quiet(const nlohmann::json& reported, const std::filesystem::path& page) {
+/// Free of what a reader must never meet, and loaded from this folder alone.
+void expect_quiet(const nlohmann::json& reported, const std::filesystem::path& folder) {
     EXPECT_EQ(reported["errors"], nlohmann::json::array()) << reported["errors"];
     for (const nlohmann::json& url : reported["requests"]) {
-        EXPECT_EQ(url.get<std::string>().rfind("file://" + page.parent_path().string() + "/", 0), 0U) << url;
+        EXPECT_EQ(url.get<std::string>().rfind("file://" + folder.string() + "/", 0), 0U) << url;
     }
 }
 
@@ -54,7 +56,7 @@ TEST_F(PageInBrowser, TwoMethodsFollowMouseAndKeys) {
     const nlohmann::json reported = driven(page);
     ASSERT_TRUE(reported.is_object());
     ASSERT_EQ(reported["ready"], true) << reported;
-    expect_quiet(reported, page);
+    expect_quiet(reported, page.parent_path());
     EXPECT_EQ(reported["requests"].size(), 1U) << "one file holds all: " << reported["requests"];
     EXPECT_EQ(reported["alerts"].size(), 0U) << reported["alerts"];
     EXPECT_EQ(reported["panels"], 2);
@@ -79,21 +81,23 @@ TEST_F(PageInBrowser, TwoMethodsFollowMouseAndKeys) {
     EXPECT_EQ(reported["curves"].size(), 2U);
 }
 
-TEST_F(PageInBrowser, AScriptBesideThePageWorksAsWell) {
+TEST_F(PageInBrowser, AScriptInTheAssetsOfAReportWorksAsWell) {
     const std::filesystem::path whole =
         made(std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json --ticks 500 --response penalty");
-    // As a study writes it: the same page with its script beside it.
+    // As a study writes it: the same page in view/, its script in assets/.
     std::string html = read_file(whole);
     const std::size_t from = html.rfind("<script>");
     ASSERT_NE(from, std::string::npos);
-    html.replace(from, html.rfind("</script>") - from, "<script src=\"viewer.js\">");
-    const std::filesystem::path page = folder_.path() / "beside.html";
+    html.replace(from, html.rfind("</script>") - from, "<script src=\"" + viewer_link(own_assets) + "\">");
+    std::filesystem::create_directories(folder_.path() / view_folder);
+    std::filesystem::create_directories(folder_.path() / own_assets);
+    const std::filesystem::path page = folder_.path() / view_folder / "page.html";
     std::ofstream(page) << html;
-    std::ofstream(folder_.path() / "viewer.js") << web::viewer_script();
+    std::ofstream(folder_.path() / own_assets / web::viewer_name) << web::viewer_script();
     const nlohmann::json reported = driven(page);
     ASSERT_TRUE(reported.is_object());
     ASSERT_EQ(reported["ready"], true) << reported;
-    expect_quiet(reported, page);
+    expect_quiet(reported, folder_.path());
     EXPECT_EQ(reported["requests"].size(), 2U) << reported["requests"];
     EXPECT_GT(reported["variance"], 100.0);
     EXPECT_GT(reported["changed_by_tick"], 0.02);

@@ -8,7 +8,9 @@
 #include <nlohmann/json.hpp>
 
 #include "support/commands.hpp"
+#include "support/page_links.hpp"
 #include "support/scene_samples.hpp"
+#include "support/unpacked.hpp"
 #include "view/page.hpp"
 #include "view/view_data.hpp"
 
@@ -95,7 +97,8 @@ TEST_F(ViewCommand, AStudyMakesAPagePerSceneAndItsReportLinksThem) {
             EXPECT_NE(read_file(path(report)).find("view/" + std::string(scene) + ".html"), std::string::npos);
         }
     }
-    EXPECT_TRUE(std::filesystem::exists(path("out/view/viewer.js")));
+    EXPECT_TRUE(std::filesystem::exists(path("out/assets/viewer-1.js")));
+    EXPECT_EQ(broken_links(path("out")), std::vector<std::string>());
     const std::string linked = read_file(path("out/report.html"));
     ASSERT_EQ(run_program("report " + path("out")).status, 0);
     EXPECT_EQ(read_file(path("out/report.html")), linked) << "rebuilt byte for byte";
@@ -136,7 +139,7 @@ TEST_F(ViewCommand, ARecordWhoseRunEndsElsewhereIsReported) {
         " --scene " + path("i2t_poke.json") + " --response unilateral --output " + path("page.html");
     const ProgramResult same = run_successfully("view " + path("out") + scene);
     EXPECT_EQ(same.err, "");
-    std::string records = read_file(path("out/records.jsonl"));
+    std::string records = unpacked(path("out/records.jsonl.gz"));
     const std::string key = "\"state_hash\":\"";
     std::size_t changed = 0;
     for (std::size_t at = records.find(key); at != std::string::npos; at = records.find(key, at + 1)) {
@@ -146,7 +149,7 @@ TEST_F(ViewCommand, ARecordWhoseRunEndsElsewhereIsReported) {
         ++changed;
     }
     ASSERT_GT(changed, 0U);
-    std::ofstream(path("out/records.jsonl")) << records;
+    std::ofstream(path("out/records.jsonl.gz")) << gzipped(records);
     const ProgramResult other = run_successfully("view " + path("out") + scene);
     EXPECT_NE(other.err.find("these frames are not those of the record"), std::string::npos) << other.err;
     const nlohmann::json data = view_data(read_file(path("page.html")));
