@@ -31,6 +31,7 @@ std::vector<SceneFamily> scene_families(const Draft& draft) {
         found.scenes[number_of_text<double>(triangles->second).value_or(0.0)] = record.spec.scene;
     }
     std::vector<SceneFamily> list;
+    list.reserve(families.size());
     for (auto& [name, family] : families) list.push_back(std::move(family));
     // Large families first, each a table of its own; the others share one.
     std::stable_sort(list.begin(), list.end(),

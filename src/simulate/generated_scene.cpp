@@ -406,7 +406,9 @@ Balls::Balls(Index count, Index triangles, std::uint64_t seed) {
     std::vector<Body> bodies;
     const auto side = static_cast<Index>(std::ceil(std::cbrt(static_cast<double>(count)) - 1e-9));
     for (Index i = 0; i < count; ++i) {
-        const Vector3 cell(i % side, (i / side) % side, i / (side * side));
+        const Index layer = i / (side * side);
+        const Index row = (i / side) % side;
+        const Vector3 cell(i % side, row, layer);
         // Neighbours along x overlap by 4 % of a diameter, the others keep clear of each other.
         centre_.push_back(2.0 * radius * cell.cwiseProduct(Vector3(0.96, 1.15, 1.15)));
         wobble_.push_back(180.0 * Vector3(random.signed_unit(), random.signed_unit(), random.signed_unit()));

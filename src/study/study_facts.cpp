@@ -132,6 +132,7 @@ std::vector<Record> make_generated_runs(const std::vector<RunSpec>& specs,
     const std::unique_ptr<GeneratedScene> scene =
         make_generated_scene(generated_text(specs.front()), specs.front().seed);
     std::vector<InterleavedRun> runs;
+    runs.reserve(specs.size());
     for (const RunSpec& spec : specs) runs.push_back(interleaved_run(spec));
     std::vector<Record> records = run_interleaved(*scene, runs, turn);
     const GeneratedSceneFacts facts = generated_scene_facts(generated_text(specs.front()));

@@ -7,6 +7,7 @@
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "method/device.hpp"
+#include "method/registry.hpp"
 #include "scene/json_node.hpp"
 #include "simulate/generated_scene.hpp"
 #include "simulate/hard_case.hpp"
