@@ -1,10 +1,10 @@
-#include "report/metric_table.hpp"
-#include "report/sections.hpp"
-
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+
+#include "report/metric_table.hpp"
 
 namespace trocar {
 namespace {
@@ -13,9 +13,8 @@ namespace {
 enum class Settled { ends_before, cleared, torn, not_cleared };
 
 Settled settled(const RunFigures& run) {
-    constexpr double cleared = 1.0e-4;  // m
     if (std::isnan(run[Metric::residual_penetration_settled_m])) return Settled::ends_before;
-    if (run[Metric::residual_penetration_settled_m] <= cleared) return Settled::cleared;
+    if (run[Metric::residual_penetration_settled_m] <= clear_depth) return Settled::cleared;
     return run[Metric::ruptures] > 0.0 ? Settled::torn : Settled::not_cleared;
 }
 
@@ -36,74 +35,63 @@ std::string settled_text(const RunFigures& run) {
 }
 
 std::string hard_reference_text(const RunFigures& run) {
-    return std::isnan(run[Metric::reference_clears_hard]) ? "no reference"
-                                                          : yes_no(run[Metric::reference_clears_hard] > 0.0);
+    return yes_no(run[Metric::reference_clears_hard], "no reference");
 }
 
-std::string uncleared_text(const RunFigures& run) {
-    return std::isnan(run[Metric::uncleared]) ? "n/a" : yes_no(run[Metric::uncleared] > 0.0);
-}
+std::string uncleared_text(const RunFigures& run) { return yes_no(run[Metric::uncleared], unknown_text); }
 
 std::string wrong_side_text(const RunFigures& run) {
     return count_text(run[Metric::wrong_side_vertices_max]) + " / " +
            count_text(run[Metric::wrong_side_vertices_last]) + undecided_text(run[Metric::side_undecided_max]);
 }
 
-/// One response on one scene, over the detectors of the study.
-struct WorstOfDetectors {
-    const RunFigures* settled = nullptr;
-    double residual_penetration_max_m = not_known;  ///< m, of the whole run
-};
-
-/// By response (and contact generator), then scene; runs that end too early are left out.
-std::map<std::string, std::map<std::string, WorstOfDetectors>> worst_of_detectors(const Draft& draft) {
-    std::map<std::string, std::map<std::string, WorstOfDetectors>> all;
-    const auto rank = [](const RunFigures& run) {
+/// One response on one scene, over the detectors of the study. Precondition: at least one result.
+const RunFigures& worst_of(const ResultSet& results) {
+    const auto rank = [](const SceneResult* result) {
+        const RunFigures& run = result->runs.front();
         return std::pair(settled(run), run[Metric::residual_penetration_settled_m]);
     };
-    for (const Method& method : draft.results.methods("closed_loop")) {
-        // What a blind or half blind detector costs stands under "lost by the detector".
-        if (draft.results.fact(method, "detector.control") == "yes") continue;
-        for (const std::string& scene : draft.results.scenes("closed_loop")) {
-            const SceneResult* result = draft.results.find(method, scene);
-            if (result == nullptr || !result->ok()) continue;
-            const RunFigures& run = result->runs.front();
-            if (settled(run) == Settled::ends_before) continue;
-            WorstOfDetectors& worst =
-                all[method.response + " (" + method.contacts + ")" + by_stepper(method.stepper)][scene];
-            worst.residual_penetration_max_m =
-                std::fmax(worst.residual_penetration_max_m, run[Metric::residual_penetration_max_m]);
-            // The figures live in the results, as long as the draft.
-            if (worst.settled == nullptr || rank(*worst.settled) < rank(run)) worst.settled = &run;
-        }
-    }
-    return all;
+    return (*std::max_element(results.results.begin(), results.results.end(),
+                              [&rank](const SceneResult* a, const SceneResult* b) { return rank(a) < rank(b); }))
+        ->runs.front();
+}
+
+std::string settled_cell(const ResultSet& results) {
+    if (results.results.empty()) return "not run";
+    const RunFigures& worst = worst_of(results);
+    const bool cleared = settled(worst) == Settled::cleared;
+    return fmt::format("{} ({} mm {})", settled_text(worst),
+                       scaled(cleared ? results.largest(Metric::residual_penetration_max_m)
+                                      : worst[Metric::residual_penetration_settled_m],
+                              mm),
+                       cleared ? "at worst before" : "residual");
 }
 
 /// Response by scene at a glance.
 Table settled_matrix(const Draft& draft) {
+    std::map<Method, std::map<std::string, ResultSet>> by_response;
+    for (Method method : draft.results.methods("closed_loop")) {
+        // What a blind or half blind detector costs stands under "lost by the detector".
+        if (draft.results.fact(method, "detector.control") == "yes") continue;
+        const ResultSet results = possible(draft.results, method).ok();
+        method.detector.clear();
+        for (const SceneResult* result : results.results) {
+            if (settled(result->runs.front()) != Settled::ends_before)
+                by_response[method][result->scene()].results.push_back(result);
+        }
+    }
     Table table;
     table.caption = "Which scenes are clear 200 ms after the last key of the motion";
+    if (by_response.empty()) return table;
     table.columns = {{"response", false}};
-    const auto worst = worst_of_detectors(draft);
-    if (!worst.empty()) table.rows.push_back({.cells = {"hard contact, within the strain limit"}});
-    for (const auto& [response, scenes] : worst) table.rows.push_back({.cells = {code(response)}});
+    table.rows.push_back({.cells = {"hard contact, within the strain limit"}});
+    for (const auto& [response, scenes] : by_response) table.rows.push_back({.cells = {response_name(response)}});
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
         std::vector<std::string> cells{""};
-        for (const auto& [response, scenes] : worst) {
-            const auto found = scenes.find(scene);
-            if (found == scenes.end()) {
-                cells.emplace_back("not run");
-                continue;
-            }
-            const RunFigures& run = *found->second.settled;
-            cells[0] = hard_reference_text(run);
-            const bool cleared = settled(run) == Settled::cleared;
-            cells.push_back(fmt::format(
-                "{} ({} mm {})", settled_text(run),
-                scaled(cleared ? found->second.residual_penetration_max_m : run[Metric::residual_penetration_settled_m],
-                       mm),
-                cleared ? "at worst before" : "residual"));
+        for (auto& [response, scenes] : by_response) {
+            const ResultSet& results = scenes[scene];
+            if (!results.results.empty()) cells[0] = hard_reference_text(worst_of(results));
+            cells.push_back(settled_cell(results));
         }
         if (cells[0].empty()) continue;
         table.columns.push_back({scene, false});
@@ -130,7 +118,7 @@ MetricTable settled_table() {
               .text = of_first(hard_reference_text)},
              {.header = "ruptures", .metric = Metric::ruptures, .count = true},
              {.header = "verdict", .metric = Metric::residual_penetration_settled_m, .text = of_first(settled_text)}},
-        .keep = [](const SceneResult& result) { return settled(result.runs.front()) != Settled::ends_before; }};
+        .keep = [](const RunFigures& run) { return settled(run) != Settled::ends_before; }};
 }
 
 MetricTable clearing_table() {

@@ -10,7 +10,6 @@
 namespace trocar {
 
 ScatterChart depth_against_time(const std::vector<ResponseRow>& rows) {
-    constexpr double ms = 1.0e-6;  // ns to ms
     double shortest = not_known;
     for (const ResponseRow& row : rows) {
         if (!std::isnan(row.total_p99_ns) && !(row.total_p99_ns >= shortest)) shortest = row.total_p99_ns;
@@ -27,7 +26,7 @@ ScatterChart depth_against_time(const std::vector<ResponseRow>& rows) {
         const auto [place, is_new] = series.emplace(row.method(), chart.series.size());
         if (is_new) {
             const int number = static_cast<int>(chart.series.size());
-            chart.series.push_back({.name = row.method(), .style = mark_style(number), .points = {}});
+            chart.series.push_back({.name = row.method(), .style = mark_style(number)});
         }
         const Method& who = row.who.front();
         const std::size_t colon = who.response.find(':');

@@ -400,7 +400,7 @@ std::string table_as_markdown(const ChosenTable& table) {
 }
 
 std::string table_as_latex(const ChosenTable& table) {
-    Table paper{.caption = "", .columns = {}, .rows = {}, .note = ""};
+    Table paper{.caption = "", .note = ""};
     for (const ChosenColumn& column : table.columns) {
         paper.caption += (paper.caption.empty() ? "" : ", ") + column.header;
         paper.columns.push_back({.header = column.header, .number = column.number});

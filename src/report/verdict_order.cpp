@@ -11,20 +11,6 @@ namespace {
 
 constexpr double least_error = 1.0e-6;  // m
 
-bool move_alike(const Results& results, const VerdictRow& a, const VerdictRow& b,
-                const std::vector<std::string>& scenes) {
-    bool any = false;
-    for (const std::string& scene : scenes) {
-        const SceneResult* first = results.find(a.method, scene);
-        const SceneResult* second = results.find(b.method, scene);
-        if ((first == nullptr) != (second == nullptr)) return false;
-        if (first == nullptr) continue;
-        if (!first->ok() || !second->ok() || !same_motion(first->runs.front(), second->runs.front())) return false;
-        any = true;
-    }
-    return any;
-}
-
 double time_of(const VerdictRow& row) { return row.p50.value; }
 
 }  // namespace
@@ -64,8 +50,8 @@ void compare_rows(const Results& results, const std::vector<std::string>& scenes
         return std::pair(response_order({.control = row.control,
                                          .failed = row.failed_runs > 0,
                                          .not_run = row.not_applicable,
-                                         .worst = row.residual_penetration_max_m,
-                                         .median = row.residual_penetration_median_m,
+                                         .worst = row.residual_max(),
+                                         .median = row.residual_median(),
                                          .total_p99_ns = row.slowest_p99}),
                          row.method);
     };
@@ -79,7 +65,7 @@ void compare_rows(const Results& results, const std::vector<std::string>& scenes
     for (std::size_t i = 0; i < rows.size(); ++i) {
         VerdictRow& row = rows[i];
         for (std::size_t j = 0; j < i && row.identical_to < 0; ++j) {
-            if (rows[j].identical_to < 0 && move_alike(results, row, rows[j], scenes)) {
+            if (rows[j].identical_to < 0 && results.move_alike(row.method, rows[j].method, scenes)) {
                 row.identical_to = static_cast<int>(j);
             }
         }

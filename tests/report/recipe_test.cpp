@@ -22,7 +22,7 @@ void add_strain(Draft& draft) {
         .columns = {{.header = "largest strain / above the limit",
                      .metric = Metric::max_strain,
                      .second = Metric::strain_over_max},
-                    {.header = "tears", .metric = Metric::ruptures, .processes = Processes::highest, .count = true},
+                    {.header = "tears", .metric = Metric::ruptures, .processes = Processes::every, .count = true},
                     {.header = "tick p50 (µs)",
                      .metric = Metric::total_median_ns,
                      .processes = Processes::interval,
