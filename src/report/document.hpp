@@ -69,6 +69,8 @@ struct Document {
 };
 
 std::string to_markdown(const Document& document);
+/// Header and rows alone.
+std::string to_markdown(const Table& table);
 /// Page 1 with links into `rest`, the file of the other pages.
 std::string page_one_to_markdown(const Document& document, const std::string& rest);
 /// One self-contained file: sidebar contents, sortable and filterable tables, static drawings. Interactive charts need

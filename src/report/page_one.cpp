@@ -18,30 +18,6 @@ std::map<std::string, int> count_by_detector(const std::vector<Method>& methods)
     return count;
 }
 
-ResponseRow make_row(const Results& results, const Method& method, const std::vector<std::string>& scenes) {
-    ResponseRow row;
-    row.who = {method};
-    row.setting = results.fact(method, "response.setting");
-    row.ours = method.response == results.fact(method, "study.ours");
-    row.control = results.fact(method, "response.control") == "yes";
-    ResultSet planned;
-    for (const std::string& scene : scenes) {
-        const SceneResult* result = results.find(method, scene);
-        if (result == nullptr || result->not_applicable()) {
-            ++row.not_run;
-        } else {
-            planned.results.push_back(result);
-        }
-    }
-    row.runs = planned.runs();
-    row.failed = planned.failed_runs();
-    // What a run did before it failed is no answer; the row is reported as failed.
-    row.ok = planned.ok();
-    row.residual_penetration_max = row.ok.largest(Metric::residual_penetration_max_m);
-    row.total_p99_ns = known_largest(row.ok.values(Processes::median, Metric::total_p99_ns));
-    return row;
-}
-
 }  // namespace
 
 std::vector<ResponseRow> response_rows(const Draft& draft, bool tissue) {
@@ -65,20 +41,14 @@ std::vector<ResponseRow> response_rows(const Draft& draft, bool tissue) {
             twin->who.push_back(method);
             continue;
         }
-        ResponseRow row = make_row(results, method, scenes);
-        if (row.runs > 0) rows.push_back(std::move(row));
+        ResponseRow row{make_row(results, method, {}, scenes), {method}, results.fact(method, "response.setting")};
+        row.not_run = static_cast<int>(scenes.size() - row.planned.count());
+        if (row.planned.count() > 0) rows.push_back(std::move(row));
     }
     const auto rank = [](const ResponseRow& row) {
-        return std::pair(response_order({.control = row.control,
-                                         .failed = row.failed > 0,
-                                         .not_run = row.not_run > 0,
-                                         .worst = row.residual_penetration_max,
-                                         .median = row.depth_median(),
-                                         .total_p99_ns = row.total_p99_ns}),
-                         row.who.front());
+        return std::pair(response_order(row, row.not_run > 0), row.who.front());
     };
-    std::sort(rows.begin(), rows.end(),
-              [&rank](const ResponseRow& a, const ResponseRow& b) { return rank(a) < rank(b); });
+    std::sort(rows.begin(), rows.end(), [&rank](const auto& a, const auto& b) { return rank(a) < rank(b); });
     return rows;
 }
 
@@ -86,7 +56,7 @@ std::vector<std::size_t> rows_that_matter(const std::vector<ResponseRow>& rows) 
     std::set<std::size_t> shown;
     std::set<std::string> methods;
     for (std::size_t i = 0; i < rows.size() && shown.size() < page_one_rows; ++i) {
-        if (methods.insert(rows[i].method()).second) shown.insert(i);
+        if (methods.insert(rows[i].response()).second) shown.insert(i);
     }
     for (std::size_t i = 0; i < rows.size() && shown.size() < page_one_rows; ++i) shown.insert(i);
     return {shown.begin(), shown.end()};
@@ -94,11 +64,11 @@ std::vector<std::size_t> rows_that_matter(const std::vector<ResponseRow>& rows) 
 
 Headline headline_of(const std::vector<ResponseRow>& rows) {
     const auto usable = [](const ResponseRow& row) {
-        return !row.control && row.failed == 0 && row.not_run == 0 && !std::isnan(row.residual_penetration_max);
+        return !row.control && row.failed_runs == 0 && row.not_run == 0 && !std::isnan(row.residual_max());
     };
     Headline headline;
     for (const ResponseRow& row : rows) {
-        if (headline.first == nullptr && row.ours && !std::isnan(row.residual_penetration_max)) headline.first = &row;
+        if (headline.first == nullptr && row.ours && !std::isnan(row.residual_max())) headline.first = &row;
     }
     headline.named = headline.first != nullptr;
     for (const ResponseRow& row : rows) {
@@ -106,7 +76,7 @@ Headline headline_of(const std::vector<ResponseRow>& rows) {
     }
     if (headline.first == nullptr) return headline;
     for (const ResponseRow& row : rows) {
-        const bool same = &row == headline.first || (headline.named && row.method() == headline.first->method());
+        const bool same = &row == headline.first || (headline.named && row.response() == headline.first->response());
         if (headline.other == nullptr && usable(row) && !same) headline.other = &row;
     }
     return headline;

@@ -13,21 +13,11 @@ inline constexpr std::size_t page_one_columns = 9;
 
 /// One response, with its settings, over all closed-loop scenes. Methods with bit-identical motion on every scene share
 /// a row. The row shows the first one's name and times, and lists the others.
-struct ResponseRow {
-    std::vector<Method> who;                      ///< the first is shown
-    std::string setting;                          ///< "default", "recommended" or "tuned", as in the study
-    bool ours = false;                            ///< its response is the study's `ours`
-    bool control = false;                         ///< its response is a control
-    ResultSet ok;                                 ///< scenes on which all processes ended well
-    double residual_penetration_max = not_known;  ///< m, maximum over scenes and judged ticks
-    double total_p99_ns = not_known;              ///< ns, maximum over scenes
-    int runs = 0;
-    int failed = 0;
-    int not_run = 0;  ///< scenes of the study where it was not planned or could not run
-    /// m, median over scenes of the median over ticks.
-    [[nodiscard]] double depth_median() const { return ok.median(Metric::residual_penetration_median_m); }
-    [[nodiscard]] double tears() const { return ok.sum(Metric::ruptures); }
-    [[nodiscard]] std::string method() const { return method_name(who.front().response); }
+struct ResponseRow : VerdictRow {
+    std::vector<Method> who;  ///< the first is shown
+    std::string setting;      ///< "default", "recommended" or "tuned", as in the study
+    int not_run = 0;          ///< scenes of the study where it was not planned or could not run
+    [[nodiscard]] std::string response() const { return method_name(method.response); }
 };
 
 /// Rows over the closed-loop scenes with, or without, tissue; a study without tissue scenes uses all. Sorted by

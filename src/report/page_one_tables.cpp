@@ -60,8 +60,8 @@ std::string others_text(const std::vector<ResponseRow>& rows, const std::vector<
     for (std::size_t i = 0; i < rows.size(); ++i) {
         if (std::find(shown.begin(), shown.end(), i) != shown.end()) continue;
         const ResponseRow& row = rows[i];
-        others.push_back(name_of_row(row, detector) + " " + scaled(row.residual_penetration_max, mm) + " mm" +
-                         (row.failed > 0 ? fmt::format(", {} failed", row.failed) : ""));
+        others.push_back(name_of_row(row, detector) + " " + scaled(row.residual_max(), mm) + " mm" +
+                         (row.failed_runs > 0 ? fmt::format(", {} failed", row.failed_runs) : ""));
     }
     return others.empty() ? std::string() : fmt::format(" Not shown, at worst: {}.", fmt::join(others, "; "));
 }
@@ -116,30 +116,30 @@ std::string response_sentence(const Draft& draft, const std::vector<ResponseRow>
     const std::string detector = common_detector(rows);
     const auto name = [&](const ResponseRow& row) {
         const bool alone = std::none_of(rows.begin(), rows.end(), [&row](const ResponseRow& some) {
-            return &some != &row && some.method() == row.method();
+            return &some != &row && some.response() == row.response();
         });
         return alone ? code(row.who.front().response) : name_of_row(row, detector);
     };
     std::string text = fmt::format("Over {} {} left {} mm at worst", judged_text(draft, true), name(*first),
-                                   scaled(first->residual_penetration_max, mm));
-    if (const double tears = first->tears(); tears > 0.0) {
+                                   scaled(first->residual_max(), mm));
+    if (const double tears = first->ok.sum(Metric::ruptures); tears > 0.0) {
         const auto& results = first->ok.results;
         const auto worst = std::find_if(results.begin(), results.end(), [first](const SceneResult* result) {
-            return result->first(Metric::residual_penetration_max_m) == first->residual_penetration_max;
+            return result->first(Metric::residual_penetration_max_m) == first->residual_max();
         });
         text += fmt::format(" (on {}; {:.0f} tear{} in all)", (*worst)->scene(), tears, tears == 1.0 ? "" : "s");
     }
     if (other != nullptr) {
         text += fmt::format(", {}, {}, {} mm", named ? "the best other response" : "the next", name(*other),
-                            scaled(other->residual_penetration_max, mm));
-        const double ratio = other->total_p99_ns / first->total_p99_ns;
+                            scaled(other->residual_max(), mm));
+        const double ratio = other->slowest_p99 / first->slowest_p99;
         if (!std::isnan(ratio)) text += fmt::format(" at {} times the time", format_number(ratio));
     }
     int failed = 0;
     int runs = 0;
     for (const ResponseRow& row : rows) {
-        failed += row.failed;
-        runs += row.runs;
+        failed += row.failed_runs;
+        runs += row.planned.runs();
     }
     return text + fmt::format("; {} of {} runs failed.", failed, runs);
 }
@@ -249,16 +249,16 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
         const ResponseRow& row = rows[i];
         lines.push_back({.names = {name_of_row(row, detector)},
                          .results = row.ok,
-                         .style = row.failed > 0 ? TableRow::Style::failed
-                                  : row.ours     ? TableRow::Style::own
-                                                 : TableRow::Style::normal,
+                         .style = row.failed_runs > 0 ? TableRow::Style::failed
+                                  : row.ours          ? TableRow::Style::own
+                                                      : TableRow::Style::normal,
                          .command = run_command(draft, row.who.front())});
     }
     table = table_of(std::move(table), columns, lines);
     table.columns.push_back({"failed of N", true, {}, failed_help});
     for (std::size_t i = 0; i < shown.size(); ++i) {
         const ResponseRow& row = rows[shown[i]];
-        table.rows[i].cells.push_back(count_failed(row.failed, row.runs, row.not_run));
+        table.rows[i].cells.push_back(count_failed(row.failed_runs, row.planned.runs(), row.not_run));
     }
     const std::int64_t stride = widest_stride(draft, "closed_loop");
     table.note =

@@ -12,6 +12,12 @@
 namespace trocar {
 namespace {
 
+bool on_all_scenes(const VerdictRow& row, const Verdict& verdict) {
+    return row.planned.count() == verdict.scenes.size();
+}
+
+}  // namespace
+
 VerdictRow make_row(const Results& results, const Method& method, const std::string& reference,
                     const std::vector<std::string>& scenes) {
     VerdictRow row;
@@ -70,12 +76,6 @@ VerdictRow make_row(const Results& results, const Method& method, const std::str
     }
     return row;
 }
-
-bool on_all_scenes(const VerdictRow& row, const Verdict& verdict) {
-    return row.planned.count() == verdict.scenes.size();
-}
-
-}  // namespace
 
 std::vector<std::string> VerdictRow::scene_names() const {
     std::vector<std::string> names;

@@ -44,6 +44,9 @@ struct VerdictRow {
     [[nodiscard]] double wrong() const;
 };
 
+VerdictRow make_row(const Results& results, const Method& method, const std::string& reference,
+                    const std::vector<std::string>& scenes);
+
 struct Verdict {
     std::string mode;  ///< "closed_loop", or "replay" in a study of detectors only
     std::vector<std::string> scenes;

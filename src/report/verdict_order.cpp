@@ -11,8 +11,6 @@ namespace {
 
 constexpr double least_error = 1.0e-6;  // m
 
-double time_of(const VerdictRow& row) { return row.p50.value; }
-
 }  // namespace
 
 double error_on(const SceneResult& result, const std::string& pair_class) {
@@ -29,13 +27,13 @@ std::vector<std::string> judged_scenes(const Results& results, const std::vector
     return tissue && judged.empty() ? scenes : judged;
 }
 
-ResponseOrder response_order(const ResponseStanding& row) {
+ResponseOrder response_order(const VerdictRow& row, bool not_run) {
     return {row.control,
-            row.failed,
-            row.not_run,
-            or_last(as_printed(row.worst)),
-            or_last(as_printed(row.median)),
-            or_last(row.total_p99_ns)};
+            row.failed_runs > 0,
+            not_run,
+            or_last(as_printed(row.residual_max())),
+            or_last(as_printed(row.residual_median())),
+            or_last(row.slowest_p99)};
 }
 
 bool have_depths(const std::vector<VerdictRow>& rows) {
@@ -47,17 +45,11 @@ double error_of(const VerdictRow& row, bool depth) { return depth ? as_printed(r
 void compare_rows(const Results& results, const std::vector<std::string>& scenes, std::vector<VerdictRow>& rows) {
     const bool depth = have_depths(rows);
     const auto of_response = [](const VerdictRow& row) {
-        return std::pair(response_order({.control = row.control,
-                                         .failed = row.failed_runs > 0,
-                                         .not_run = row.not_applicable,
-                                         .worst = row.residual_max(),
-                                         .median = row.residual_median(),
-                                         .total_p99_ns = row.slowest_p99}),
-                         row.method);
+        return std::pair(response_order(row, row.not_applicable), row.method);
     };
     const auto of_detector = [](const VerdictRow& row) {
-        return std::tuple(row.control, row.failed_runs > 0, std::isnan(time_of(row)), or_last(row.wrong()),
-                          or_last(time_of(row)), row.method);
+        return std::tuple(row.control, row.failed_runs > 0, std::isnan(row.p50.value), or_last(row.wrong()),
+                          or_last(row.p50.value), row.method);
     };
     std::sort(rows.begin(), rows.end(), [&](const VerdictRow& a, const VerdictRow& b) {
         return depth ? of_response(a) < of_response(b) : of_detector(a) < of_detector(b);
@@ -70,12 +62,12 @@ void compare_rows(const Results& results, const std::vector<std::string>& scenes
             }
         }
         const double error = error_of(row, depth);
-        const double time = time_of(row);
+        const double time = row.p50.value;
         if (row.control || std::isnan(error) || std::isnan(time)) continue;
         row.dominated = std::any_of(rows.begin(), rows.end(), [&](const VerdictRow& other) {
             if (other.control) return false;
             const double other_error = error_of(other, depth);
-            const double other_time = time_of(other);
+            const double other_time = other.p50.value;
             return other_error <= error && other_time <= time && (other_error < error || other_time < time);
         });
     }

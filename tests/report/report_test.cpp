@@ -327,7 +327,7 @@ TEST(Verdict, ResponsesStandInOneOrderHereAndOnPageOne) {
     EXPECT_EQ(verdict.rows.front().method.response, "even");
     EXPECT_EQ(rows.front().who.front().response, "even");
     EXPECT_NEAR(verdict.rows.front().residual_max(), 1e-3, 1e-12);
-    EXPECT_NEAR(rows.front().residual_penetration_max, 1e-3, 1e-12);
+    EXPECT_NEAR(rows.front().residual_max(), 1e-3, 1e-12);
     // The rigid scene has a table of its own.
     EXPECT_EQ(response_rows(draft, false).front().who.front().response, "uneven");
     EXPECT_NE(test::whole(make_report(records)).find("## Responses without tissue"), std::string::npos);
@@ -346,19 +346,35 @@ TEST(Verdict, ARigidSceneDecidesNoTieOfTissueScenes) {
 }
 
 TEST(Verdict, ResponsesAreOrderedByFailuresThenDepthsThenTime) {
-    const ResponseStanding best{.worst = 1e-3, .median = 1e-4, .total_p99_ns = 1e5};
-    const auto behind = [&best](const auto& change) {
-        ResponseStanding other = best;
-        change(other);
-        return response_order(best) < response_order(other);
+    struct Standing {
+        bool control = false;
+        int failed = 0;
+        bool not_run = false;
+        double worst = 1e-3;   // m
+        double median = 1e-4;  // m
+        double p99 = 1e5;      // ns
     };
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.control = true; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.failed = true, r.worst = 0.0; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.not_run = true, r.worst = 0.0; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.worst = 2e-3, r.median = 0.0; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.median = 2e-4, r.total_p99_ns = 0.0; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.total_p99_ns = 2e5; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.worst = not_known; }));
+    const auto order = [](const Standing& standing) {
+        const Record record;
+        RunFigures run{.record = &record};
+        run[Metric::residual_penetration_max_m] = standing.worst;
+        run[Metric::residual_penetration_median_m] = standing.median;
+        const SceneResult result{.runs = {run}, .p50_resamples = {}, .p99_resamples = {}};
+        VerdictRow row;
+        row.control = standing.control;
+        row.failed_runs = standing.failed;
+        row.judged.results = {&result};
+        row.slowest_p99 = standing.p99;
+        return response_order(row, standing.not_run);
+    };
+    const auto behind = [&order](const Standing& other) { return order({}) < order(other); };
+    EXPECT_TRUE(behind({.control = true}));
+    EXPECT_TRUE(behind({.failed = 1, .worst = 0.0}));
+    EXPECT_TRUE(behind({.not_run = true, .worst = 0.0}));
+    EXPECT_TRUE(behind({.worst = 2e-3, .median = 0.0}));
+    EXPECT_TRUE(behind({.median = 2e-4, .p99 = 0.0}));
+    EXPECT_TRUE(behind({.p99 = 2e5}));
+    EXPECT_TRUE(behind({.worst = not_known}));
 }
 
 TEST(Verdict, AContactAsSoftAsItsSceneAsksIsNoError) {
