@@ -40,7 +40,7 @@ std::vector<MetricColumn> pair_columns() {
                             }};
     };
     const auto count = [](const char* header, Metric metric) {
-        return MetricColumn{.header = header, .metric = metric, .over = Over::sum, .count = true};
+        return count_column(header, metric, Processes::first, Over::sum);
     };
     std::vector<MetricColumn> columns{
         count("true pairs", Metric::true_pairs),
@@ -208,24 +208,22 @@ MetricTable force_table(int processes) {
         .caption = "Outcome of every closed-loop run (first process)",
         .mode = "closed_loop",
         .rows = MetricTable::Rows::motion,
-        .columns = {{.header = "pairs per tick, mean / max", .metric = Metric::pairs_mean, .second = Metric::pairs_max},
-                    {.header = "residual penetration, median / max / final (mm)",
-                     .metric = Metric::residual_penetration_max_m,
-                     .text = of_first(residual_text)},
-                    {.header = "largest force (N)", .metric = Metric::force_max_n},
-                    {.header = "force jump, p99 / max (N per tick)",
-                     .metric = Metric::force_jump_p99_n,
-                     .second = Metric::force_jump_max_n},
-                    {.header = "force without touch (mm)", .metric = Metric::force_without_touch_m, .scale = mm},
-                    {.header = "force flips (ticks)", .metric = Metric::force_flips, .count = true},
-                    {.header = "largest strain", .metric = Metric::max_strain},
-                    {.header = "ruptures", .metric = Metric::ruptures, .count = true}},
+        .columns = {two_column("pairs per tick, mean / max", Metric::pairs_mean, Metric::pairs_max),
+                    text_column("residual penetration, median / max / final (mm)", Metric::residual_penetration_max_m,
+                                residual_text),
+                    value_column("largest force (N)", Metric::force_max_n),
+                    two_column("force jump, p99 / max (N per tick)", Metric::force_jump_p99_n,
+                               Metric::force_jump_max_n),
+                    value_column("force without touch (mm)", Metric::force_without_touch_m, mm),
+                    count_column("force flips (ticks)", Metric::force_flips),
+                    value_column("largest strain", Metric::max_strain), count_column("ruptures", Metric::ruptures)},
         .note =
             "Who moves alike, bit by bit, stands in one row; its pairs are those of the first. n/a of a p99: too few "
             "ticks."};
     if (processes > 1) {
-        table.columns.push_back({.header = "same state in every process",
-                                 .text = [](const ResultSet& r) { return yes_no(r.results.front()->repeatable()); }});
+        table.columns.push_back(text_column("same state in every process", [](const ResultSet& results) {
+            return yes_no(results.results.front()->repeatable());
+        }));
     }
     return table;
 }
@@ -253,18 +251,18 @@ void add_detection(Draft& draft) {
         }
     }
     std::vector<MetricColumn> columns = pair_columns();
-    columns.push_back({.header = "scenes ok", .text = [](const ResultSet& results) {
-                           return fmt::format("{} of {}", results.ok().count(), results.count());
-                       }});
+    columns.push_back(text_column("scenes ok", [](const ResultSet& results) {
+        return fmt::format("{} of {}", results.ok().count(), results.count());
+    }));
     const bool one_process = draft.most_processes() < 2;
-    columns.push_back({.header = "same pairs in every process",
-                       .text =
-                           [one_process](const ResultSet& results) {
-                               if (one_process) return std::string("n/a (one process)");
-                               return yes_no(std::all_of(results.results.begin(), results.results.end(),
-                                                         [](const SceneResult* r) { return r->repeatable(); }));
-                           },
-                       .words = true});
+    columns.push_back(text_column(
+        "same pairs in every process",
+        [one_process](const ResultSet& results) {
+            return one_process ? "n/a (one process)"
+                               : yes_no(std::all_of(results.results.begin(), results.results.end(),
+                                                    [](const SceneResult* result) { return result->repeatable(); }));
+        },
+        true));
     draft.add(table_of({.caption = "All replayed scenes together", .columns = {{"detector", false}}}, columns, rows));
     draft.add(std::move(matrix));
     draft.add(table_of(draft, {.caption = "The same per scene", .mode = "replay", .columns = pair_columns()}));

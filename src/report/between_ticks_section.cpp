@@ -62,14 +62,14 @@ std::string bin_name(std::size_t bin) {
 Table contacts_table(const Draft& draft, const std::string& scene, const ResultSet& runs) {
     constexpr double second = 1.0e6;  // to µs
     const std::vector<MetricColumn> columns{
-        {.header = "contacts of bodies", .metric = Metric::contact_events, .count = true},
-        {.header = "never reported", .metric = Metric::contact_events_missed, .count = true},
-        {.header = "onset latency median (µs)", .metric = Metric::onset_latency_median_s, .scale = second},
-        {.header = "onset latency max (µs)", .metric = Metric::onset_latency_max_s, .scale = second},
-        {.header = "pairs that begin", .metric = Metric::true_swept, .count = true},
-        {.header = "not reported", .metric = Metric::swept_false_negatives, .count = true},
-        {.header = "reported and not true", .metric = Metric::swept_false_positives, .count = true},
-        {.header = "worst time error (ticks)", .metric = Metric::swept_time_error_max}};
+        count_column("contacts of bodies", Metric::contact_events),
+        count_column("never reported", Metric::contact_events_missed),
+        value_column("onset latency median (µs)", Metric::onset_latency_median_s, second),
+        value_column("onset latency max (µs)", Metric::onset_latency_max_s, second),
+        count_column("pairs that begin", Metric::true_swept),
+        count_column("not reported", Metric::swept_false_negatives),
+        count_column("reported and not true", Metric::swept_false_positives),
+        value_column("worst time error (ticks)", Metric::swept_time_error_max)};
     std::vector<MetricRow> rows;
     for (const SceneResult* result : runs.results) {
         const Method method = method_of(result->record().spec);

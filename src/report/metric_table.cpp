@@ -118,10 +118,6 @@ Table table_of(const Draft& draft, const MetricTable& content) {
     return table_of(std::move(names), content.columns, rows);
 }
 
-std::function<std::string(const ResultSet&)> of_first(std::string (*text)(const RunFigures&)) {
-    return [text](const ResultSet& results) { return text(results.first()); };
-}
-
 std::string misses_text(const ResultSet& results, Metric metric) {
     const auto total = [&results](Metric of) {
         const std::vector<double> values = results.values(Processes::every, of);
@@ -139,6 +135,27 @@ MetricColumn misses_column(const std::string& header, Metric metric) {
 
 MetricColumn time_column(const std::string& header, Metric metric, Processes processes, const char* unknown) {
     return {.header = header, .metric = metric, .processes = processes, .scale = us, .unknown = unknown};
+}
+
+MetricColumn count_column(const std::string& header, Metric metric, Processes processes, Over over) {
+    return {.header = header, .metric = metric, .processes = processes, .over = over, .count = true};
+}
+
+MetricColumn value_column(const std::string& header, Metric metric, double scale, Over over) {
+    return {.header = header, .metric = metric, .over = over, .scale = scale};
+}
+
+MetricColumn two_column(const std::string& header, Metric metric, Metric second, const char* unknown) {
+    return {.header = header, .metric = metric, .second = second, .unknown = unknown};
+}
+
+MetricColumn text_column(const std::string& header, Metric metric, std::string (*text)(const RunFigures&)) {
+    return {
+        .header = header, .metric = metric, .text = [text](const ResultSet& results) { return text(results.first()); }};
+}
+
+MetricColumn text_column(const std::string& header, std::function<std::string(const ResultSet&)> text, bool words) {
+    return {.header = header, .text = std::move(text), .words = words};
 }
 
 void note_undecided(const Draft& draft, Table& table) {

@@ -58,16 +58,26 @@ struct MetricTable {
 /// outcome in place of figures; a run that is not applicable has no row.
 Table table_of(const Draft& draft, const MetricTable& content);
 
-/// Text of a column that reads the first process on the row's first scene alone.
-std::function<std::string(const ResultSet&)> of_first(std::string (*text)(const RunFigures&));
-
 /// "3 of 1100": ticks that a metric counts among the timed ones, over all processes; n/a without a timed tick.
 std::string misses_text(const ResultSet& results, Metric metric);
-MetricColumn misses_column(const std::string& header, Metric metric);
 
+// Columns, as they are common.
+MetricColumn misses_column(const std::string& header, Metric metric);
 /// In µs.
 MetricColumn time_column(const std::string& header, Metric metric, Processes processes = Processes::interval,
                          const char* unknown = unknown_text);
+/// Whole numbers.
+MetricColumn count_column(const std::string& header, Metric metric, Processes processes = Processes::first,
+                          Over over = Over::largest);
+/// Of the first process.
+MetricColumn value_column(const std::string& header, Metric metric, double scale = 1.0, Over over = Over::largest);
+/// "a / b" of the first process.
+MetricColumn two_column(const std::string& header, Metric metric, Metric second, const char* unknown = unknown_text);
+/// A text on the first process of the row's first scene.
+MetricColumn text_column(const std::string& header, Metric metric, std::string (*text)(const RunFigures&));
+/// A text that no single metric is behind.
+MetricColumn text_column(const std::string& header, std::function<std::string(const ResultSet&)> text,
+                         bool words = false);
 
 /// Adds the note on undecided sides to a table of the closed loop where a run of the study has such samples.
 void note_undecided(const Draft& draft, Table& table);

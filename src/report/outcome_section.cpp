@@ -107,18 +107,15 @@ Table settled_matrix(const Draft& draft) {
 
 /// Depth 200 ms after the tool has come to rest, and why it is what it is.
 MetricTable settled_table() {
-    return {
-        .caption = "200 ms after the last key of the motion, motion by motion",
-        .mode = "closed_loop",
-        .rows = MetricTable::Rows::motion,
-        .columns =
-            {{.header = "residual penetration (mm)", .metric = Metric::residual_penetration_settled_m, .scale = mm},
-             {.header = "hard contact clears it within the strain limit",
-              .metric = Metric::reference_clears_hard,
-              .text = of_first(hard_reference_text)},
-             {.header = "ruptures", .metric = Metric::ruptures, .count = true},
-             {.header = "verdict", .metric = Metric::residual_penetration_settled_m, .text = of_first(settled_text)}},
-        .keep = [](const RunFigures& run) { return settled(run) != Settled::ends_before; }};
+    return {.caption = "200 ms after the last key of the motion, motion by motion",
+            .mode = "closed_loop",
+            .rows = MetricTable::Rows::motion,
+            .columns = {value_column("residual penetration (mm)", Metric::residual_penetration_settled_m, mm),
+                        text_column("hard contact clears it within the strain limit", Metric::reference_clears_hard,
+                                    hard_reference_text),
+                        count_column("ruptures", Metric::ruptures),
+                        text_column("verdict", Metric::residual_penetration_settled_m, settled_text)},
+            .keep = [](const RunFigures& run) { return settled(run) != Settled::ends_before; }};
 }
 
 MetricTable clearing_table() {
@@ -126,20 +123,15 @@ MetricTable clearing_table() {
         .caption = "Clearing",
         .mode = "closed_loop",
         .rows = MetricTable::Rows::motion,
-        .columns = {{.header = "ticks to clear, median / max",
-                     .metric = Metric::ticks_to_clear_median,
-                     .second = Metric::ticks_to_clear_max},
-                    {.header = "residual at the end", .metric = Metric::uncleared, .text = of_first(uncleared_text)},
-                    {.header = "re-penetrations", .metric = Metric::re_penetrations, .count = true},
-                    {.header = "overshoot, max (mm)", .metric = Metric::overshoot_max_m, .scale = mm},
-                    {.header = "wrong-side vertices, max / last",
-                     .metric = Metric::wrong_side_vertices_max,
-                     .text = of_first(wrong_side_text)},
-                    {.header = "overlap volume, max (mm³)",
-                     .metric = Metric::overlap_volume_max_m3,
-                     .scale = mm * mm * mm},
-                    {.header = "minimum translation, max (mm)", .metric = Metric::min_translation_max_m, .scale = mm},
-                    {.header = "strain over the limit, max", .metric = Metric::strain_over_max}},
+        .columns = {two_column("ticks to clear, median / max", Metric::ticks_to_clear_median,
+                               Metric::ticks_to_clear_max),
+                    text_column("residual at the end", Metric::uncleared, uncleared_text),
+                    count_column("re-penetrations", Metric::re_penetrations),
+                    value_column("overshoot, max (mm)", Metric::overshoot_max_m, mm),
+                    text_column("wrong-side vertices, max / last", Metric::wrong_side_vertices_max, wrong_side_text),
+                    value_column("overlap volume, max (mm³)", Metric::overlap_volume_max_m3, mm * mm * mm),
+                    value_column("minimum translation, max (mm)", Metric::min_translation_max_m, mm),
+                    value_column("strain over the limit, max", Metric::strain_over_max)},
         .note =
             "Ticks to clear: from the first tick of a spell to the first clear one; n/a: no spell ended. "
             "Overshoot: gap within 20 ticks after a depth, less what scripts moved. Overlap volume and minimum "
@@ -150,16 +142,13 @@ MetricTable signal_table() {
     return {.caption = "Force quality and audit",
             .mode = "closed_loop",
             .rows = MetricTable::Rows::motion,
-            .columns = {{.header = "force error, worst, equal k / hard (N)",
-                         .metric = Metric::force_error_worst_equal_k,
-                         .second = Metric::force_error_worst_hard,
-                         .unknown = "no reference"},
-                        {.header = "force above 30 Hz, RMS (N) / share",
-                         .metric = Metric::force_above_30hz_rms_n,
-                         .second = Metric::force_above_30hz_share},
-                        {.header = "direction flips (ticks)", .metric = Metric::force_flips, .count = true},
-                        {.header = "momentum error (share)", .metric = Metric::momentum_residual_share},
-                        {.header = "energy error (share)", .metric = Metric::energy_residual_share}},
+            .columns = {two_column("force error, worst, equal k / hard (N)", Metric::force_error_worst_equal_k,
+                                   Metric::force_error_worst_hard, "no reference"),
+                        two_column("force above 30 Hz, RMS (N) / share", Metric::force_above_30hz_rms_n,
+                                   Metric::force_above_30hz_share),
+                        count_column("direction flips (ticks)", Metric::force_flips),
+                        value_column("momentum error (share)", Metric::momentum_residual_share),
+                        value_column("energy error (share)", Metric::energy_residual_share)},
             .note =
                 "Before any filter. Momentum error: largest momentum at any time that the audit of tissue and "
                 "operators does not account for, over the summed impulses. Energy error: the same of energy, over "

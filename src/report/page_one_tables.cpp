@@ -234,14 +234,11 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
     table.caption = fmt::format("Responses, {}, with {}", judged_text(draft, tissue), code(detector));
     table.columns = {{.header = "response", .wide = true}};
     const std::vector<MetricColumn> columns{
-        {.header = "residual penetration, median (mm)",
-         .metric = Metric::residual_penetration_median_m,
-         .over = Over::median,
-         .scale = mm},
-        {.header = "residual penetration, max (mm)", .metric = Metric::residual_penetration_max_m, .scale = mm},
-        {.header = "tears", .metric = Metric::ruptures, .over = Over::sum, .count = true},
-        {.header = "force without touch (mm)", .metric = Metric::force_without_touch_m, .scale = mm},
-        {.header = "force error median (N)", .metric = Metric::force_error_rms_hard, .over = Over::median},
+        value_column("residual penetration, median (mm)", Metric::residual_penetration_median_m, mm, Over::median),
+        value_column("residual penetration, max (mm)", Metric::residual_penetration_max_m, mm),
+        count_column("tears", Metric::ruptures, Processes::first, Over::sum),
+        value_column("force without touch (mm)", Metric::force_without_touch_m, mm),
+        value_column("force error median (N)", Metric::force_error_rms_hard, 1.0, Over::median),
         {.header = "force jump worst (N)", .metric = Metric::force_jump_max_n, .text = jump_text},
         {.header = "tick p99 (ms)", .metric = Metric::total_p99_ns, .processes = Processes::median, .scale = ms}};
     std::vector<MetricRow> lines;

@@ -44,41 +44,34 @@ std::string scenes_text(const ResultSet& results) {
     return scenes.size() > 2 ? std::to_string(scenes.size()) : fmt::format("{}", fmt::join(scenes, ", "));
 }
 
-/// Of runs that ended well on scenes with, or without, tissue.
-MetricColumn residual_column(const char* header, bool tissue) {
-    return {.header = header, .metric = Metric::residual_penetration_max_m, .text = [tissue](const ResultSet& results) {
+/// Of the results that ended well, in all their processes.
+MetricColumn ok_column(const std::string& header, Metric metric, Over over, double scale, const char* unknown,
+                       const std::function<bool(const SceneResult&)>& keep = {}) {
+    return {.header = header, .metric = metric, .text = [=](const ResultSet& results) {
                 ResultSet some = results.ok();
-                std::erase_if(some.results, [tissue](const SceneResult* result) {
-                    return meets_tissue(result->record().spec.pair_class) != tissue;
-                });
-                return scaled(known_largest(some.values(Processes::every, Metric::residual_penetration_max_m)), mm);
+                std::erase_if(some.results, [&keep](const SceneResult* one) { return keep && !keep(*one); });
+                return scaled(value_over(over, some.values(Processes::every, metric)), scale, unknown);
             }};
 }
 
-/// Of the runs that ended well.
-std::string value_text(const ResultSet& results, Over over, Metric metric, const char* unknown) {
-    return scaled(value_over(over, results.ok().values(Processes::every, metric)), us, unknown);
-}
-
 std::vector<MetricColumn> measured_columns() {
-    return {
-        {.header = "runs ok",
-         .text =
-             [](const ResultSet& results) {
-                 return fmt::format("{} of {}", results.runs() - results.failed_runs(), results.runs());
-             }},
-        {.header = "scenes", .text = scenes_text},
-        {.header = "respond, median run (µs)",
-         .text =
-             [](const ResultSet& r) { return value_text(r, Over::median, Metric::respond_median_ns, unknown_text); }},
-        {.header = "tick p99, worst run (µs)",
-         .metric = Metric::total_p99_ns,
-         .text = [](const ResultSet& r) { return value_text(r, Over::largest, Metric::total_p99_ns, too_few); }},
-        {.header = "1 kHz misses",
-         .metric = Metric::deadline_misses,
-         .text = [](const ResultSet& r) { return misses_text(r.ok(), Metric::deadline_misses); }},
-        residual_column("residual penetration, max, without tissue (mm)", false),
-        residual_column("residual penetration, max, with tissue (mm)", true)};
+    const auto residual = [](const char* header, bool tissue) {
+        return ok_column(
+            header, Metric::residual_penetration_max_m, Over::largest, mm, unknown_text,
+            [tissue](const SceneResult& result) { return meets_tissue(result.record().spec.pair_class) == tissue; });
+    };
+    return {text_column("runs ok",
+                        [](const ResultSet& results) {
+                            return fmt::format("{} of {}", results.runs() - results.failed_runs(), results.runs());
+                        }),
+            text_column("scenes", scenes_text),
+            ok_column("respond, median run (µs)", Metric::respond_median_ns, Over::median, us, unknown_text),
+            ok_column("tick p99, worst run (µs)", Metric::total_p99_ns, Over::largest, us, too_few),
+            {.header = "1 kHz misses",
+             .metric = Metric::deadline_misses,
+             .text = [](const ResultSet& results) { return misses_text(results.ok(), Metric::deadline_misses); }},
+            residual("residual penetration, max, without tissue (mm)", false),
+            residual("residual penetration, max, with tissue (mm)", true)};
 }
 
 }  // namespace

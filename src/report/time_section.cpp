@@ -20,20 +20,16 @@ MetricTable latency_table(const std::string& mode, const std::string& caption) {
     MetricTable table{
         .caption = caption,
         .mode = mode,
-        .columns = {{.header = "n per process (ticks)", .metric = Metric::timed_ticks, .count = true},
-                    {.header = "sub-steps per tick", .metric = Metric::substeps, .count = true},
-                    time_column("p50 (µs)", Metric::total_median_ns),
-                    time_column("p90 (µs)", Metric::total_p90_ns),
+        .columns = {count_column("n per process (ticks)", Metric::timed_ticks),
+                    count_column("sub-steps per tick", Metric::substeps),
+                    time_column("p50 (µs)", Metric::total_median_ns), time_column("p90 (µs)", Metric::total_p90_ns),
                     time_column("p99 (µs)", Metric::total_p99_ns, Processes::interval, too_few),
                     time_column("max (µs)", Metric::total_max_ns, Processes::every),
                     time_column("first contact (µs)", Metric::total_cold_ns),
                     misses_column("misses at 1 ms", Metric::deadline_misses),
-                    {.header = "longest burst (ticks)",
-                     .metric = Metric::longest_burst,
-                     .processes = Processes::every,
-                     .count = true},
-                    {.header = "work, max / median", .metric = Metric::work_max, .text = of_first(work_text)},
-                    {.header = "allocations per tick", .metric = Metric::allocations_median}}};
+                    count_column("longest burst (ticks)", Metric::longest_burst, Processes::every),
+                    text_column("work, max / median", Metric::work_max, work_text),
+                    value_column("allocations per tick", Metric::allocations_median)}};
     if (mode == "replay") table.columns.erase(table.columns.begin() + 1);  // sub-steps are of tissue that moves
     return table;
 }

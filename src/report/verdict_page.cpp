@@ -162,14 +162,7 @@ ScatterChart verdict_chart(const Verdict& verdict) {
     const bool p99 = std::all_of(verdict.rows.begin(), verdict.rows.end(), [](const VerdictRow& row) {
         return std::isnan(row.p50.value) || !std::isnan(row.p99.value);
     });
-    struct Key {
-        std::string detector;
-        std::string response;
-        std::string contacts;
-        std::string stepper;
-        auto operator<=>(const Key&) const = default;
-    };
-    std::map<Key, ChartSeries> series;
+    std::map<Method, ChartSeries> series;  // by method without its settings, but for those of the response
     std::map<std::string, int> colours;
     std::map<std::string, int> shapes;
     // Those of `ours` first, so that the first colours are the same in every study.
@@ -193,8 +186,9 @@ ScatterChart verdict_chart(const Verdict& verdict) {
         const double error = error_of(row, depth);
         const double time = (p99 ? row.p99.value : row.p50.value) * us;
         if (std::isnan(error) || std::isnan(time)) continue;
-        const Key key{method_name(row.method.detector), row.method.response, row.method.contacts,
-                      row.method.stepper.empty() ? "" : method_name(row.method.stepper)};
+        Method key = row.method;
+        key.detector = method_name(key.detector);
+        key.stepper = method_name(key.stepper);
         ChartSeries& one = series[key];
         one.style = {
             .colour = colours.at(key.detector), .shape = shapes.at(key.response), .hollow = key.contacts == "native"};
