@@ -34,7 +34,7 @@ std::string of_text(double part, double whole, const char* unknown = unknown_tex
 /// "1.000", "0.99987": a ratio below one never rounds to one.
 std::string share_text(double part, double whole);
 std::string yes_no(bool value);
-/// Of a metric that is 1 or 0.
+/// The same for a metric that is 1 or 0.
 std::string yes_no(double value, const char* unknown);
 /// "timed_out (ended after the limit of 5 s)"
 std::string outcome_text(const Outcome& outcome);

@@ -39,7 +39,7 @@ bool never_ran(const Record& record);
 /// Records of a mode that could run, in their order.
 std::vector<const Record*> runs_of(const std::vector<Record>& records, std::string_view mode);
 
-/// Of the known (not NaN) values; NaN without any.
+/// Sum and maximum of the known (not NaN) values; NaN without any.
 double known_sum(const std::vector<double>& values);
 double known_largest(const std::vector<double>& values);
 /// True when a pair class ("I2T", "I2T+R2T" …) includes tissue.
@@ -91,7 +91,7 @@ struct SceneResult {
     [[nodiscard]] bool ok() const;
     /// A process never ran.
     [[nodiscard]] bool not_applicable() const;
-    /// Of the first process that failed.
+    /// Outcome of the first process that failed.
     [[nodiscard]] const Outcome& failure() const;
     [[nodiscard]] Estimate of(Metric metric) const;
     /// p50_resamples, p99_resamples, or empty for another metric.

@@ -92,6 +92,8 @@ Table table_of(Table names, const std::vector<MetricColumn>& columns, const std:
 Table table_of(const Draft& draft, const MetricTable& content) {
     const bool by_motion = content.rows == MetricTable::Rows::motion;
     Table names{.caption = content.caption, .note = content.note, .folded = content.folded};
+    names.note += names.note.empty() ? "" : " ";
+    names.note += by_motion ? "Order: class, scene, method." : "Order: scene, method.";
     if (by_motion) names.columns.push_back({"class", false});
     names.columns.push_back({"scene", false});
     names.columns.push_back({content.mode == "replay"        ? "detector"

@@ -48,7 +48,7 @@ struct MetricTable {
     std::string mode;  ///< RunSpec::mode of its runs
     Rows rows = Rows::scene_and_method;
     std::vector<MetricColumn> columns = {};
-    std::string note = {};
+    std::string note = {};  ///< the order of the rows follows it
     bool folded = true;
     /// Runs that have a row among those that ended well; empty: all.
     std::function<bool(const RunFigures&)> keep = {};
@@ -69,7 +69,7 @@ MetricColumn time_column(const std::string& header, Metric metric, Processes pro
 /// Whole numbers.
 MetricColumn count_column(const std::string& header, Metric metric, Processes processes = Processes::first,
                           Over over = Over::largest);
-/// Of the first process.
+/// One metric of the first process.
 MetricColumn value_column(const std::string& header, Metric metric, double scale = 1.0, Over over = Over::largest);
 /// "a / b" of the first process.
 MetricColumn two_column(const std::string& header, Metric metric, Metric second, const char* unknown = unknown_text);

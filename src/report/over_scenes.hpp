@@ -1,5 +1,5 @@
-// A metric over several scenes. Times of methods that are compared are geometric means per process and per resample, so
-// that intervals of means and of ratios use the same draws.
+// A metric over several scenes. Times of methods that are compared are geometric means per process and per resample.
+// Intervals of means and of ratios therefore use the same draws.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ double value_over(Over over, const std::vector<double>& values);
 struct ResultSet {
     std::vector<const SceneResult*> results = {};
     [[nodiscard]] std::vector<double> values(Processes processes, Metric metric) const;
-    /// Of the first processes.
+    /// Values of the first processes become one.
     [[nodiscard]] double sum(Metric metric) const { return over(Over::sum, metric); }
     [[nodiscard]] double largest(Metric metric) const { return over(Over::largest, metric); }
     [[nodiscard]] double median(Metric metric) const { return over(Over::median, metric); }
