@@ -5,63 +5,115 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <set>
 
-#include "measure/statistics.hpp"
 #include "report/chart.hpp"
 #include "report/metric_table.hpp"
 
 namespace trocar {
 namespace {
 
-struct PairSums {
-    double truth = 0.0;
-    double touch = 0.0;
-    double false_negatives = 0.0;
-    double false_negatives_touch = 0.0;
-    double false_positives = 0.0;
-    bool known = false;
-    void take(const SceneResult& result) {
-        const double value = result.first(Metric::true_pairs);
-        if (std::isnan(value)) return;
-        known = true;
-        truth += value;
-        touch += result.first(Metric::true_touches);
-        false_negatives += result.first(Metric::false_negatives);
-        false_negatives_touch += result.first(Metric::false_negatives_touch);
-        false_positives += result.first(Metric::false_positives);
-    }
+/// Pairs of a detector over its scenes; NaN: not judged.
+struct Pairs {
+    double truth;
+    double touch;
+    double false_negatives;
+    double false_negatives_touch;
+    double false_positives;
+    explicit Pairs(const ResultSet& results)
+        : truth(results.sum(Metric::true_pairs)),
+          touch(results.sum(Metric::true_touches)),
+          false_negatives(results.sum(Metric::false_negatives)),
+          false_negatives_touch(results.sum(Metric::false_negatives_touch)),
+          false_positives(results.sum(Metric::false_positives)) {}
     [[nodiscard]] double found() const { return truth - false_negatives; }
+    [[nodiscard]] double reported() const { return found() + false_positives; }
+    [[nodiscard]] double firm() const { return truth - touch; }
+    [[nodiscard]] double firm_found() const { return firm() - (false_negatives - false_negatives_touch); }
 };
 
-std::vector<std::string> pair_cells(const PairSums& sums) {
-    if (!sums.known) return {"n/a", "n/a", "n/a", "n/a", "n/a", "n/a", "n/a"};
-    const double reported = sums.found() + sums.false_positives;
-    const double firm = sums.truth - sums.touch;
-    const double firm_found = firm - (sums.false_negatives - sums.false_negatives_touch);
-    return {count_text(sums.truth),
-            count_text(sums.touch),
-            share_text(sums.found(), reported),
-            share_text(sums.found(), sums.truth),
-            share_text(firm_found, firm),
-            share_text(2.0 * sums.found(), sums.truth + reported),
-            count_text(sums.false_negatives) + " / " + count_text(sums.false_positives)};
+std::vector<MetricColumn> pair_columns() {
+    const auto share = [](const char* header, Metric metric, std::string (*text)(const Pairs&)) {
+        return MetricColumn{.header = header, .metric = metric, .text = [text](const ResultSet& results) {
+                                return text(Pairs(results));
+                            }};
+    };
+    const auto count = [](const char* header, Metric metric) {
+        return count_column(header, metric, Processes::first, Over::sum);
+    };
+    std::vector<MetricColumn> columns{
+        count("true pairs", Metric::true_pairs),
+        count("of these touching", Metric::true_touches),
+        share("precision", Metric::precision, [](const Pairs& p) { return share_text(p.found(), p.reported()); }),
+        share("recall", Metric::recall, [](const Pairs& p) { return share_text(p.found(), p.truth); }),
+        share("recall without touches", Metric::recall_without_touches,
+              [](const Pairs& p) { return share_text(p.firm_found(), p.firm()); }),
+        share("F1", Metric::f1, [](const Pairs& p) { return share_text(2.0 * p.found(), p.truth + p.reported()); }),
+        count("false negatives / false positives", Metric::false_negatives)};
+    columns.back().second = Metric::false_positives;
+    return columns;
 }
 
-std::string case_text(const SceneResult& result, const PairSums& sums) {
-    for (const RunFigures& run : result.runs) {
-        if (!run.ok()) return outcome_text(run.record->outcome);
+std::string case_text(const SceneResult* result) {
+    if (result == nullptr) return "not run";
+    if (!result->ok()) return outcome_text(result->failure());
+    const Pairs pairs({{result}});
+    if (std::isnan(pairs.truth)) return "not judged";
+    std::vector<std::string> faults;
+    const double cut = result->first(Metric::truncated_ticks);
+    if (cut > 0.0) faults.push_back("cut in " + count_text(cut) + " ticks");
+    if (pairs.false_negatives > 0.0) faults.push_back("misses " + of_text(pairs.false_negatives, pairs.truth));
+    if (pairs.false_positives > 0.0) faults.push_back("adds " + count_text(pairs.false_positives));
+    return faults.empty() ? "ok" : joined(faults);
+}
+
+/// Results with contacts of one generator whose depth is judged.
+ResultSet judged_contacts(const ResultSet& results, const std::string& contacts) {
+    ResultSet some = results;
+    std::erase_if(some.results, [&contacts](const SceneResult* result) {
+        return result->record().spec.contacts != contacts || std::isnan(result->first(Metric::depth_error_median_m));
+    });
+    return some;
+}
+
+MetricColumn depth_column(const std::string& contacts, std::optional<Metric> metric, const char* unknown) {
+    return {.header = contacts + ", median / worst (mm)", .metric = metric, .text = [=](const ResultSet& results) {
+                const ResultSet some = judged_contacts(results, contacts);
+                return two_text(some.median(Metric::depth_error_median_m), some.largest(Metric::depth_error_max_m), mm,
+                                unknown);
+            }};
+}
+
+Table depth_table(const Draft& draft) {
+    std::map<std::string, ResultSet> by_detector;
+    for (const Method& method : draft.results.methods("closed_loop")) {
+        ResultSet& set = by_detector[method.detector];
+        for (const SceneResult* result : possible(draft.results, method).ok().results) set.results.push_back(result);
     }
-    if (!sums.known) return "not judged";
-    const double cut = result.first(Metric::truncated_ticks);
-    if (sums.false_negatives == 0.0 && sums.false_positives == 0.0 && !(cut > 0.0)) return "ok";
-    std::string text;
-    if (cut > 0.0) text = fmt::format("cut in {:.0f} ticks", cut);
-    if (sums.false_negatives > 0.0)
-        text += (text.empty() ? "" : ", ") + fmt::format("misses {:.0f} of {:.0f}", sums.false_negatives, sums.truth);
-    if (sums.false_positives > 0.0)
-        text += (text.empty() ? "" : ", ") + fmt::format("adds {:.0f}", sums.false_positives);
-    return text;
+    std::vector<MetricColumn> columns{
+        depth_column("intersection", std::nullopt, "not judged"),
+        depth_column("native", Metric::native_depth_error_max_m, unknown_text),
+        {.header = "native contacts per tick",
+         .metric = Metric::native_contacts_mean,
+         .text = [](const ResultSet& results) {
+             return scaled(judged_contacts(results, "native").largest(Metric::native_contacts_mean));
+         }}};
+    std::vector<MetricRow> rows;
+    bool native = false;
+    for (const auto& [detector, results] : by_detector) {
+        rows.push_back({.names = {code(detector)}, .results = results});
+        native = native || judged_contacts(results, "native").count() > 0;
+    }
+    if (!native) columns.pop_back();
+    return table_of(
+        {.caption = "Depth error of contacts on the frame that detect saw: intersection beside native",
+         .columns = {{"detector", false}},
+         .note =
+             "Per tick: the worst |depth that a contact states - true depth at the contact's point|. Median over ticks "
+             "and scenes / worst of all. Depths of the libraries refer to infinite planes of triangles and are often "
+             "large on purpose; the error says how far they are from geometric depth, not that the library is broken."},
+        columns, rows);
 }
 
 std::string detection_chart(const Draft& draft, const std::vector<Method>& detectors,
@@ -73,10 +125,7 @@ std::string detection_chart(const Draft& draft, const std::vector<Method>& detec
     chart.categories = scenes;
     int style = 0;
     for (const Method& detector : detectors) {
-        DotChart::Series series;
-        series.name = detector.detector;
-        series.style = mark_style(style);
-        ++style;
+        DotChart::Series series{.name = detector.detector, .style = mark_style(style++)};
         for (const std::string& scene : scenes) {
             const SceneResult* result = draft.results.find(detector, scene);
             if (result == nullptr || !result->ok()) {
@@ -104,16 +153,15 @@ void course_charts(Draft& draft, const std::vector<Method>& methods) {
     for (const std::string& scene : scenes) {
         for (const Method& method : methods) {
             const SceneResult* result = draft.results.find(method, scene);
-            if (result == nullptr || !result->ok()) continue;
-            if (result->first(Metric::residual_penetration_max_m) > most) {
-                most = result->first(Metric::residual_penetration_max_m);
-                chosen = scene;
-            }
+            if (result == nullptr || !result->ok() || !(result->first(Metric::residual_penetration_max_m) > most))
+                continue;
+            most = result->first(Metric::residual_penetration_max_m);
+            chosen = scene;
         }
     }
     if (chosen.empty()) return;
-    LineChart depth{.x_title = "time (s), " + chosen, .y_title = "residual penetration (mm)", .lines = {}};
-    LineChart force{.x_title = "time (s), " + chosen, .y_title = "tool force (N)", .lines = {}};
+    LineChart depth{.x_title = "time (s), " + chosen, .y_title = "residual penetration (mm)"};
+    LineChart force{.x_title = "time (s), " + chosen, .y_title = "tool force (N)"};
     std::set<std::string> seen;
     int style = 0;
     for (const Method& method : methods) {
@@ -121,7 +169,7 @@ void course_charts(Draft& draft, const std::vector<Method>& methods) {
         if (result == nullptr || !result->ok()) continue;
         const Record& record = *result->runs.front().record;
         if (!record.state_hash.empty() && !seen.insert(method.response + record.state_hash).second) continue;
-        LineChart::Line line{.name = method.label(), .colour = style, .dash = style, .points = {}};
+        LineChart::Line line{.name = method.label(), .colour = style, .dash = style};
         ++style;
         LineChart::Line force_line = line;
         // At most 250 points a line: the largest value of each stretch, so that no peak is lost.
@@ -150,9 +198,8 @@ void course_charts(Draft& draft, const std::vector<Method>& methods) {
 }
 
 std::string residual_text(const RunFigures& run) {
-    if (std::isnan(run[Metric::residual_penetration_max_m])) return "n/a";
-    return scaled(run[Metric::residual_penetration_median_m], mm) + " / " +
-           scaled(run[Metric::residual_penetration_max_m], mm) + " / " +
+    if (std::isnan(run[Metric::residual_penetration_max_m])) return unknown_text;
+    return two_text(run[Metric::residual_penetration_median_m], run[Metric::residual_penetration_max_m], mm) + " / " +
            scaled(run[Metric::residual_penetration_final_m], mm) + undecided_text(run[Metric::side_undecided_max]);
 }
 
@@ -161,25 +208,22 @@ MetricTable force_table(int processes) {
         .caption = "Outcome of every closed-loop run (first process)",
         .mode = "closed_loop",
         .rows = MetricTable::Rows::motion,
-        .columns = {{.header = "pairs per tick, mean / max", .metric = Metric::pairs_mean, .second = Metric::pairs_max},
-                    {.header = "residual penetration, median / max / final (mm)",
-                     .metric = Metric::residual_penetration_max_m,
-                     .text = of_first(residual_text)},
-                    {.header = "largest force (N)", .metric = Metric::force_max_n},
-                    {.header = "force jump, p99 / max (N per tick)",
-                     .metric = Metric::force_jump_p99_n,
-                     .second = Metric::force_jump_max_n},
-                    {.header = "force without touch (mm)", .metric = Metric::force_without_touch_m, .scale = mm},
-                    {.header = "force flips (ticks)", .metric = Metric::force_flips, .count = true},
-                    {.header = "largest strain", .metric = Metric::max_strain},
-                    {.header = "ruptures", .metric = Metric::ruptures, .count = true}},
+        .columns = {two_column("pairs per tick, mean / max", Metric::pairs_mean, Metric::pairs_max),
+                    text_column("residual penetration, median / max / final (mm)", Metric::residual_penetration_max_m,
+                                residual_text),
+                    value_column("largest force (N)", Metric::force_max_n),
+                    two_column("force jump, p99 / max (N per tick)", Metric::force_jump_p99_n,
+                               Metric::force_jump_max_n),
+                    value_column("force without touch (mm)", Metric::force_without_touch_m, mm),
+                    count_column("force flips (ticks)", Metric::force_flips),
+                    value_column("largest strain", Metric::max_strain), count_column("ruptures", Metric::ruptures)},
         .note =
             "Who moves alike, bit by bit, stands in one row; its pairs are those of the first. n/a of a p99: too few "
             "ticks."};
     if (processes > 1) {
-        table.columns.push_back({.header = "same state in every process",
-                                 .metric = Metric::ticks,
-                                 .text = [](const SceneResult& result) { return yes_no(result.repeatable()); }});
+        table.columns.push_back(text_column("same state in every process", [](const ResultSet& results) {
+            return yes_no(results.results.front()->repeatable());
+        }));
     }
     return table;
 }
@@ -194,66 +238,34 @@ void add_detection(Draft& draft) {
     draft.paragraph(
         "Replay: the same frames for every detector. Truth is decided by exact arithmetic on the frame's own "
         "doubles; pairs that only touch in a vertex or an edge count, and recall is given with and without them.");
-    const std::vector<Column> pair_columns{{"true pairs", true, Metric::true_pairs},
-                                           {"of these touching", true, Metric::true_touches},
-                                           {"precision", true, Metric::precision},
-                                           {"recall", true, Metric::recall},
-                                           {"recall without touches", true, Metric::recall_without_touches},
-                                           {"F1", true, Metric::f1},
-                                           {"false negatives / false positives", true, Metric::false_negatives}};
-    Table table;
-    table.caption = "All replayed scenes together";
-    table.columns = {{"detector", false}};
-    table.columns.insert(table.columns.end(), pair_columns.begin(), pair_columns.end());
-    table.columns.push_back({"scenes ok", true});
-    table.columns.push_back({"same pairs in every process", false});
-    Table by_scene;
-    by_scene.caption = "The same per scene";
-    by_scene.folded = true;
-    by_scene.columns = {{"scene", false}, {"detector", false}};
-    by_scene.columns.insert(by_scene.columns.end(), pair_columns.begin(), pair_columns.end());
-    Table matrix;
-    matrix.caption = "Scene × detector: ok, or what went wrong";
-    matrix.columns = {{"scene", false}};
+    Table matrix{.caption = "Scene × detector: ok, or what went wrong", .columns = {{"scene", false}}};
+    std::vector<MetricRow> rows;
     for (const Method& detector : detectors) {
-        PairSums sums;
-        int ok = 0;
-        int planned = 0;
-        bool repeatable = true;
-        for (const std::string& scene : scenes) {
-            const SceneResult* result = draft.results.find(detector, scene);
-            if (result == nullptr || result->not_applicable()) continue;
-            ++planned;
-            ok += result->ok() ? 1 : 0;
-            sums.take(*result);
-            repeatable = repeatable && result->repeatable();
-        }
-        std::vector<std::string> cells{code(detector.detector)};
-        const std::vector<std::string> pairs = pair_cells(sums);
-        cells.insert(cells.end(), pairs.begin(), pairs.end());
-        cells.push_back(fmt::format("{} of {}", ok, planned));
-        cells.push_back(draft.most_processes() < 2 ? "n/a (one process)" : yes_no(repeatable));
-        table.rows.push_back({.cells = cells});
+        rows.push_back({.names = {code(detector.detector)}, .results = possible(draft.results, detector)});
         matrix.columns.push_back({code(detector.detector), false});
     }
     for (const std::string& scene : scenes) {
-        std::vector<std::string> verdicts{scene};
+        matrix.rows.push_back({.cells = {scene}});
         for (const Method& detector : detectors) {
-            const SceneResult* result = draft.results.find(detector, scene);
-            PairSums sums;
-            if (result != nullptr) sums.take(*result);
-            verdicts.push_back(result == nullptr ? "not run" : case_text(*result, sums));
-            if (result == nullptr || result->not_applicable()) continue;
-            std::vector<std::string> cells{scene, code(detector.detector)};
-            const std::vector<std::string> pairs = pair_cells(sums);
-            cells.insert(cells.end(), pairs.begin(), pairs.end());
-            by_scene.rows.push_back({.cells = cells});
+            matrix.rows.back().cells.push_back(case_text(draft.results.find(detector, scene)));
         }
-        matrix.rows.push_back({.cells = verdicts});
     }
-    draft.add(std::move(table));
+    std::vector<MetricColumn> columns = pair_columns();
+    columns.push_back(text_column("scenes ok", [](const ResultSet& results) {
+        return fmt::format("{} of {}", results.ok().count(), results.count());
+    }));
+    const bool one_process = draft.most_processes() < 2;
+    columns.push_back(text_column(
+        "same pairs in every process",
+        [one_process](const ResultSet& results) {
+            return one_process ? "n/a (one process)"
+                               : yes_no(std::all_of(results.results.begin(), results.results.end(),
+                                                    [](const SceneResult* result) { return result->repeatable(); }));
+        },
+        true));
+    draft.add(table_of({.caption = "All replayed scenes together", .columns = {{"detector", false}}}, columns, rows));
     draft.add(std::move(matrix));
-    draft.add(std::move(by_scene));
+    draft.add(table_of(draft, {.caption = "The same per scene", .mode = "replay", .columns = pair_columns()}));
     draft.figure("detection_time", detection_chart(draft, detectors, scenes),
                  "Time per tick of each detector (update + detect) per scene: mark = median, whisker to the 99 % value "
                  "where there are 1000 ticks. Red: 1 ms.");
@@ -263,56 +275,7 @@ void add_contacts_and_forces(Draft& draft) {
     const std::vector<Method> methods = draft.results.methods("closed_loop");
     if (methods.empty()) return;
     draft.heading(2, "Contacts, depth and force");
-    Table depth;
-    depth.caption = "Depth error of contacts on the frame that detect saw: intersection beside native";
-    depth.columns = {{"detector", false},
-                     {"intersection, median / worst (mm)", true},
-                     {"native, median / worst (mm)", true, Metric::native_depth_error_max_m},
-                     {"native contacts per tick", true}};
-    std::set<std::string> detectors;
-    for (const Method& method : methods) detectors.insert(method.detector);
-    for (const std::string& detector : detectors) {
-        std::vector<std::string> cells{code(detector)};
-        double native_contacts = not_known;
-        for (const std::string source : {"intersection", "native"}) {
-            std::vector<double> medians;
-            double worst = not_known;
-            for (const Method& method : methods) {
-                if (method.detector != detector || method.contacts != source) continue;
-                for (const std::string& scene : draft.results.scenes("closed_loop")) {
-                    const SceneResult* result = draft.results.find(method, scene);
-                    if (result == nullptr || !result->ok()) continue;
-                    const double median_error = result->first(Metric::depth_error_median_m);
-                    if (std::isnan(median_error)) continue;
-                    medians.push_back(median_error);
-                    const double error = result->first(Metric::depth_error_max_m);
-                    worst = std::isnan(worst) ? error : std::max(worst, error);
-                    if (source == "native") {
-                        const double mean = result->first(Metric::native_contacts_mean);
-                        if (!std::isnan(mean)) {
-                            native_contacts = std::isnan(native_contacts) ? mean : std::max(native_contacts, mean);
-                        }
-                    }
-                }
-            }
-            const double value = quantile(medians, 0.5);
-            cells.push_back(std::isnan(value) ? (source == "native" ? "n/a" : "not judged")
-                                              : format_number(value * mm) + " / " + format_number(worst * mm));
-        }
-        cells.push_back(format_number(native_contacts));
-        depth.rows.push_back({.cells = cells});
-    }
-    if (std::all_of(depth.rows.begin(), depth.rows.end(),
-                    [](const TableRow& row) { return row.cells.back() == "n/a"; })) {
-        depth.columns.pop_back();
-        for (TableRow& row : depth.rows) row.cells.pop_back();
-    }
-    depth.note =
-        "Per tick: the worst |depth that a contact states - true depth at the contact's point|. Median over ticks "
-        "and scenes / worst of all. Depths of the libraries refer to infinite planes of triangles and are often "
-        "large on purpose; the error says how far they are from geometric depth, not that the library is broken.";
-    draft.add(std::move(depth));
-
+    draft.add(depth_table(draft));
     Table force = table_of(draft, force_table(draft.most_processes("closed_loop")));
     note_undecided(draft, force);
     draft.add(std::move(force));

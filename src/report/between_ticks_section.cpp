@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <set>
+#include <map>
 
 #include "geometry/whole_file.hpp"
 #include "report/chart.hpp"
-#include "report/sections.hpp"
+#include "report/metric_table.hpp"
 
 namespace trocar {
 namespace {
@@ -59,99 +59,74 @@ std::string bin_name(std::size_t bin) {
     return (exponent == highest_bin ? "≥ " : "") + value;
 }
 
-std::string microseconds(double seconds) { return format_number(seconds * 1e6); }
+Table contacts_table(const Draft& draft, const std::string& scene, const ResultSet& runs) {
+    constexpr double second = 1.0e6;  // to µs
+    const std::vector<MetricColumn> columns{
+        count_column("contacts of bodies", Metric::contact_events),
+        count_column("never reported", Metric::contact_events_missed),
+        value_column("onset latency median (µs)", Metric::onset_latency_median_s, second),
+        value_column("onset latency max (µs)", Metric::onset_latency_max_s, second),
+        count_column("pairs that begin", Metric::true_swept),
+        count_column("not reported", Metric::swept_false_negatives),
+        count_column("reported and not true", Metric::swept_false_positives),
+        value_column("worst time error (ticks)", Metric::swept_time_error_max)};
+    std::vector<MetricRow> rows;
+    for (const SceneResult* result : runs.results) {
+        const Method method = method_of(result->record().spec);
+        rows.push_back({.names = {code(method.detector)},
+                        .results = {{result}},
+                        .failure = result->ok() ? nullptr : &result->failure(),
+                        .style = draft.results.fact(method, "detector.own") == "yes" ? TableRow::Style::own
+                                                                                     : TableRow::Style::normal});
+    }
+    return table_of(
+        {.caption = fmt::format("Contacts between frames, scene {}", scene), .columns = {{"detector", false}}}, columns,
+        rows);
+}
 
 /// One scene: who missed how much, and the share against v·dt / thickness.
-void add_scene(Draft& draft, const std::string& scene, const std::vector<const Record*>& runs) {
-    Table table;
-    table.caption = fmt::format("Contacts between frames, scene {}", scene);
-    table.columns = {{"detector", false},
-                     {"contacts of bodies", true},
-                     {"never reported", true},
-                     {"onset latency median (µs)", true},
-                     {"onset latency max (µs)", true},
-                     {"pairs that begin", true},
-                     {"not reported", true},
-                     {"reported and not true", true},
-                     {"worst time error (ticks)", true}};
-    Table by_ratio;
-    by_ratio.caption = fmt::format("Share of the contacts missed against v·dt / thickness, scene {}", scene);
-    by_ratio.columns = {{"detector", false}};
+void add_scene(Draft& draft, const std::string& scene, const ResultSet& runs) {
+    draft.add(contacts_table(draft, scene, runs));
+    std::vector<std::pair<std::string, Shares>> all;
+    for (const SceneResult* result : runs.ok().results) {
+        all.emplace_back(result->record().spec.detector, Shares{});
+        add_events(result->record(), all.back().second);
+    }
+    if (all.empty()) return;
     LineChart chart{.x_title = "v·dt / thickness (length of a tick / length of the contact)",
                     .y_title = "share of the contacts missed",
-                    .lines = {},
                     .steps = false,
                     .log_x = true};
-    Shares first_shares{};
-    bool have_shares = false;
-    std::vector<std::pair<std::string, Shares>> all;
-    for (const Record* record : runs) {
-        const std::string& name = record->spec.detector;
-        if (!record->outcome.ok()) {
-            TableRow row{.cells = {code(name)}, .style = TableRow::Style::failed};
-            for (std::size_t i = 1; i < table.columns.size(); ++i) row.cells.emplace_back("n/a");
-            row.cells.back() = outcome_text(record->outcome);
-            table.rows.push_back(row);
-            continue;
-        }
-        const bool own = draft.results.fact({record->spec.mode, name, record->spec.response, record->spec.contacts,
-                                             record->spec.stepper},
-                                            "detector.own") == "yes";
-        const auto count = [record](Metric metric) { return count_text(summary_of(*record, metric)); };
-        table.rows.push_back(
-            {.cells = {code(name), count(Metric::contact_events), count(Metric::contact_events_missed),
-                       microseconds(summary_of(*record, Metric::onset_latency_median_s)),
-                       microseconds(summary_of(*record, Metric::onset_latency_max_s)), count(Metric::true_swept),
-                       count(Metric::swept_false_negatives), count(Metric::swept_false_positives),
-                       format_number(summary_of(*record, Metric::swept_time_error_max))},
-             .style = own ? TableRow::Style::own : TableRow::Style::normal});
-        Shares shares{};
-        add_events(*record, shares);
-        if (!have_shares) first_shares = shares;
-        have_shares = true;
-        all.emplace_back(name, shares);
-    }
-    draft.add(table);
-    if (!have_shares) return;
-    std::vector<std::size_t> bins;
-    for (std::size_t bin = 0; bin < bin_count; ++bin) {
-        if (first_shares.at(bin).events == 0.0) continue;
-        bins.push_back(bin);
-        by_ratio.columns.push_back({bin_name(bin), true});
-    }
-    TableRow chance{.cells = {"one sample per tick, by chance"}};
-    TableRow events{.cells = {"contacts"}};
-    const auto after_all = static_cast<int>(all.size());
-    LineChart::Line expectation{
-        .name = "one sample per tick, by chance", .colour = after_all, .dash = after_all, .points = {}};
-    for (const std::size_t bin : bins) {
-        const Share& share = first_shares.at(bin);
-        chance.cells.push_back(format_number(share.expected / share.events));
-        events.cells.push_back(count_text(share.events));
-        expectation.points.emplace_back(std::exp2(share.log_ratio / share.events), share.expected / share.events);
-    }
-    by_ratio.rows.push_back(events);
-    by_ratio.rows.push_back(chance);
-    chart.lines.push_back(expectation);
-    int colour = 0;
-    for (const auto& [name, shares] : all) {
-        TableRow row{.cells = {code(name)}};
-        LineChart::Line line{.name = name, .colour = colour, .dash = colour, .points = {}};
-        for (const std::size_t bin : bins) {
+    Table by_ratio{.caption = fmt::format("Share of the contacts missed against v·dt / thickness, scene {}", scene),
+                   .columns = {{"detector", false}},
+                   .rows = {{.cells = {"contacts"}}}};
+    const Shares& truth = all.front().second;
+    const auto add_line = [&](const std::string& name, const std::string& cell, int style, const Shares& shares,
+                              double Share::*part) {
+        by_ratio.rows.push_back({.cells = {cell}});
+        chart.lines.push_back({.name = name, .colour = style, .dash = style});
+        for (std::size_t bin = 0; bin < bin_count; ++bin) {
             const Share& share = shares.at(bin);
-            const double missed = share.events > 0.0 ? share.missed / share.events : not_known;
-            row.cells.push_back(format_number(missed));
-            line.points.emplace_back(std::exp2(share.log_ratio / std::max(1.0, share.events)), missed);
+            if (truth.at(bin).events == 0.0) continue;
+            const double missed = share.events > 0.0 ? share.*part / share.events : not_known;
+            by_ratio.rows.back().cells.push_back(scaled(missed));
+            chart.lines.back().points.emplace_back(std::exp2(share.log_ratio / std::max(1.0, share.events)), missed);
         }
-        by_ratio.rows.push_back(row);
-        chart.lines.push_back(line);
-        ++colour;
+    };
+    for (std::size_t bin = 0; bin < bin_count; ++bin) {
+        if (truth.at(bin).events == 0.0) continue;
+        by_ratio.columns.push_back({bin_name(bin), true});
+        by_ratio.rows.front().cells.push_back(count_text(truth.at(bin).events));
     }
+    constexpr const char* by_chance = "one sample per tick, by chance";
+    add_line(by_chance, by_chance, static_cast<int>(all.size()), truth, &Share::expected);
+    int style = 0;
+    for (const auto& [name, shares] : all) add_line(name, code(name), style++, shares, &Share::missed);
     by_ratio.note =
         "Columns: length of a tick over length of the contact, both from the space-time oracle, in bins of a factor of "
         "two; for a body that crosses another this is v·dt / thickness. By chance: one sample at the end of each tick "
         "finds a contact that lasts a part p of a tick with probability p, so 1 - p are missed.";
-    draft.add(by_ratio);
+    draft.add(std::move(by_ratio));
     draft.figure("between_ticks_" + file_word(scene), chart,
                  fmt::format("Scene {}: share of the contacts that a detector never reports", scene));
 }
@@ -159,15 +134,15 @@ void add_scene(Draft& draft, const std::string& scene, const std::vector<const R
 }  // namespace
 
 void add_between_ticks(Draft& draft) {
-    std::vector<std::string> scenes;
-    for (const Record& record : draft.records) {
-        if (!record.spec.between_ticks || record.spec.repetition > 0 || record.spec.scene.empty()) continue;
-        if (std::find(scenes.begin(), scenes.end(), record.spec.scene) == scenes.end()) {
-            scenes.push_back(record.spec.scene);
+    std::map<std::string, ResultSet> scenes;
+    for (const char* mode : {"closed_loop", "replay"}) {
+        for (const Method& method : draft.results.methods(mode)) {
+            for (const SceneResult* result : possible(draft.results, method).results) {
+                if (result->record().spec.between_ticks) scenes[result->scene()].results.push_back(result);
+            }
         }
     }
     if (scenes.empty()) return;
-    std::sort(scenes.begin(), scenes.end());
     draft.heading(2, "Between the ticks");
     draft.paragraph(
         "Held against exact vertex-face and edge-edge tests along the straight motion of every tick, which no detector "
@@ -175,17 +150,7 @@ void add_between_ticks(Draft& draft) {
         "from that first touch to the frame at which the detector first reports it. Pairs that begin are triangles "
         "apart at one frame that touch before or at the next; they count as reported when they are a pair of the frame "
         "after or when the detector's continuous test names them.");
-    for (const std::string& scene : scenes) {
-        std::vector<const Record*> runs;
-        for (const Record& record : draft.records) {
-            if (record.spec.between_ticks && record.spec.repetition == 0 && record.spec.scene == scene) {
-                runs.push_back(&record);
-            }
-        }
-        std::stable_sort(runs.begin(), runs.end(),
-                         [](const Record* a, const Record* b) { return a->spec.detector < b->spec.detector; });
-        add_scene(draft, scene, runs);
-    }
+    for (const auto& [scene, runs] : scenes) add_scene(draft, scene, runs);
 }
 
 }  // namespace trocar

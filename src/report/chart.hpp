@@ -41,7 +41,7 @@ struct ChartPoint {
 struct ChartSeries {
     std::string name;
     MarkStyle style;
-    std::vector<ChartPoint> points;
+    std::vector<ChartPoint> points = {};
     bool connected = false;  ///< one method over its parameter
 };
 
@@ -70,7 +70,7 @@ struct DotChart {
     struct Series {
         std::string name;
         MarkStyle style;
-        std::vector<std::optional<Dot>> dots;  ///< one per category
+        std::vector<std::optional<Dot>> dots = {};  ///< one per category
     };
     std::string x_title;
     std::vector<std::string> categories;
@@ -84,11 +84,11 @@ std::string draw(const DotChart& chart);
 struct BarChart {
     struct Bar {
         std::string name;
-        std::vector<double> parts;  ///< NaN: part not present
+        std::vector<double> parts = {};  ///< NaN: part not present
     };
     std::string x_title;
-    std::vector<std::string> parts;
-    std::vector<Bar> bars;
+    std::vector<std::string> parts = {};
+    std::vector<Bar> bars = {};
 };
 std::string draw(const BarChart& chart);
 
@@ -101,11 +101,11 @@ struct LineChart {
         std::string name;
         int colour = 0;  ///< index into chart_colours
         int dash = 0;    ///< number of a line_dash
-        std::vector<std::pair<double, double>> points;
+        std::vector<std::pair<double, double>> points = {};
     };
     std::string x_title;
     std::string y_title;
-    std::vector<Line> lines;
+    std::vector<Line> lines = {};
     bool steps = false;  ///< step plot: constant until the next point
     bool log_x = false;
     bool small = false;  ///< half height

@@ -14,9 +14,9 @@ namespace {
 
 /// From the folder that the study's file is named from: "scenes/i2t_poke.json".
 std::string scene_path(const Record& record) {
-    const auto study = record.environment.find("study.file");
-    if (study == record.environment.end() || record.spec.scene_file.starts_with("data:")) return record.spec.scene_file;
-    return (std::filesystem::path(study->second).parent_path() / record.spec.scene_file).lexically_normal().string();
+    const std::string& study = fact_of(record, "study.file");
+    if (study.empty() || record.spec.scene_file.starts_with("data:")) return record.spec.scene_file;
+    return (std::filesystem::path(study).parent_path() / record.spec.scene_file).lexically_normal().string();
 }
 
 /// What follows the scene on the command line.

@@ -10,32 +10,15 @@
 namespace trocar {
 namespace {
 
-/// A row and the same row with an exact detector, on one scene.
-struct OnScene {
-    std::string scene;
-    const RunFigures* exact = nullptr;
-    const RunFigures* other = nullptr;
-    /// m, by how much deeper the worst tick is.
-    [[nodiscard]] double depth_lost() const {
-        return (*other)[Metric::residual_penetration_max_m] - (*exact)[Metric::residual_penetration_max_m];
-    }
-    /// N, by how much the largest force differs, in either direction: a blind tool shows none.
-    [[nodiscard]] double force_lost() const {
-        return std::abs((*other)[Metric::force_max_n] - (*exact)[Metric::force_max_n]);
-    }
-};
-
+/// A row and the same row with an exact detector.
 struct Loss {
     Method exact;
     Method other;
-    std::vector<OnScene> scenes;  ///< both ended well
-    std::size_t alike = 0;        ///< of these: the same motion, bit by bit
-    double true_pairs = not_known;
-    double false_negatives = not_known;
-    double true_proximity_pairs = not_known;
-    double proximity_false_negatives = not_known;
+    ResultSet from;          ///< with the exact detector, on the scenes where both ended well
+    ResultSet to;            ///< on the same scenes
+    std::size_t alike = 0;   ///< scenes of the same motion, bit by bit
     std::size_t failed = 0;  ///< scenes on which the row alone failed
-    [[nodiscard]] bool moves_alike() const { return failed == 0 && alike == scenes.size(); }
+    [[nodiscard]] bool moves_alike() const { return failed == 0 && alike == to.count(); }
 };
 
 bool is_exact(const Results& results, const Method& method) {
@@ -45,11 +28,9 @@ bool is_exact(const Results& results, const Method& method) {
 /// The judged row with an exact detector and everything else the same; null without one.
 const Method* exact_row(const Results& results, const std::vector<Method>& all, const Method& of) {
     const auto judged = [&results](const Method& method) {
-        const std::vector<std::string> scenes = results.scenes(method.mode);
-        return std::any_of(scenes.begin(), scenes.end(), [&](const std::string& scene) {
-            const SceneResult* result = results.find(method, scene);
-            return result != nullptr && result->ok() && result->runs.front().judged();
-        });
+        const ResultSet done = possible(results, method).ok();
+        return std::any_of(done.results.begin(), done.results.end(),
+                           [](const SceneResult* result) { return result->runs.front().judged(); });
     };
     for (const Method& one : all) {
         if (one.response == of.response && one.contacts == of.contacts && one.stepper == of.stepper &&
@@ -60,10 +41,6 @@ const Method* exact_row(const Results& results, const std::vector<Method>& all, 
     return nullptr;
 }
 
-void add_to(double& sum, double value) {
-    if (!std::isnan(value)) sum = std::isnan(sum) ? value : sum + value;
-}
-
 std::vector<Loss> losses_of(const Results& results) {
     std::vector<Loss> losses;
     const std::vector<Method> all = results.methods("closed_loop");
@@ -71,101 +48,94 @@ std::vector<Loss> losses_of(const Results& results) {
         if (other.response.empty() || is_exact(results, other)) continue;
         const Method* exact = exact_row(results, all, other);
         if (exact == nullptr) continue;
-        Loss loss{.exact = *exact, .other = other, .scenes = {}};
-        for (const std::string& scene : results.scenes("closed_loop")) {
-            const SceneResult* first = results.find(*exact, scene);
-            const SceneResult* second = results.find(other, scene);
-            if (first == nullptr || second == nullptr || !first->ok() || second->not_applicable()) continue;
+        Loss loss{.exact = *exact, .other = other, .from = {}, .to = {}};
+        for (const SceneResult* second : possible(results, other).results) {
+            const SceneResult* first = results.find(*exact, second->scene());
+            if (first == nullptr || !first->ok()) continue;
             if (!second->ok()) {
                 ++loss.failed;
                 continue;
             }
-            loss.scenes.push_back({.scene = scene, .exact = &first->runs.front(), .other = &second->runs.front()});
-            const RunFigures& run = *loss.scenes.back().other;
-            loss.alike += same_motion(*loss.scenes.back().exact, run) ? 1 : 0;
-            add_to(loss.true_pairs, run[Metric::true_pairs]);
-            add_to(loss.false_negatives, run[Metric::false_negatives]);
-            add_to(loss.true_proximity_pairs, run[Metric::true_proximity_pairs]);
-            add_to(loss.proximity_false_negatives, run[Metric::proximity_false_negatives]);
+            loss.from.results.push_back(first);
+            loss.to.results.push_back(second);
+            loss.alike += same_motion(first->runs.front(), second->runs.front()) ? 1 : 0;
         }
-        if (!loss.scenes.empty() || loss.failed > 0) losses.push_back(std::move(loss));
+        if (loss.to.count() > 0 || loss.failed > 0) losses.push_back(std::move(loss));
     }
     return losses;
 }
 
-std::string of_text(double part, double whole) {
-    return std::isnan(whole) ? std::string("n/a") : fmt::format("{:.0f} of {:.0f}", part, whole);
-}
-
 std::string from_to(double from, double to, double scale) { return scaled(from, scale) + " → " + scaled(to, scale); }
 
-/// Where `lost` is largest; null where it is not known on any scene.
-template <typename Lost>
-const OnScene* worst(const Loss& loss, const Lost& lost) {
-    const OnScene* found = nullptr;
-    for (const OnScene& one : loss.scenes) {
-        if (std::isnan(lost(one))) continue;
-        if (found == nullptr || lost(one) > lost(*found)) found = &one;
-    }
-    return found;
-}
-
-double most_left(const Loss& loss, const RunFigures* OnScene::*of) {
+/// "2.00 (poke: 0.500 → 2.50)": on the scene where `lost` is largest; n/a where it is not known on any.
+std::string most_lost(const Loss& loss, Metric metric, double scale, double (*lost)(double from, double to)) {
     double most = not_known;
-    for (const OnScene& one : loss.scenes) most = std::fmax(most, (*(one.*of))[Metric::residual_penetration_max_m]);
-    return most;
+    std::string text = unknown_text;
+    for (std::size_t i = 0; i < loss.to.count(); ++i) {
+        const double from = loss.from.results[i]->first(metric);
+        const double to = loss.to.results[i]->first(metric);
+        if (std::isnan(lost(from, to)) || lost(from, to) <= most) continue;
+        most = lost(from, to);
+        text = fmt::format("{} ({}: {})", scaled(most, scale), loss.to.results[i]->scene(), from_to(from, to, scale));
+    }
+    return text;
 }
 
-TableRow row_of(const Loss& loss) {
-    const OnScene* deepest = worst(loss, [](const OnScene& one) { return one.depth_lost(); });
-    const OnScene* forced = worst(loss, [](const OnScene& one) { return one.force_lost(); });
-    TableRow row{.cells = {code(loss.other.label()), code(loss.exact.detector),
-                           of_text(loss.false_negatives, loss.true_pairs),
-                           of_text(loss.proximity_false_negatives, loss.true_proximity_pairs)}};
-    row.cells.push_back(from_to(most_left(loss, &OnScene::exact), most_left(loss, &OnScene::other), mm));
-    row.cells.push_back(deepest == nullptr
-                            ? "n/a"
-                            : fmt::format("{} ({}: {})", scaled(deepest->depth_lost(), mm), deepest->scene,
-                                          from_to((*deepest->exact)[Metric::residual_penetration_max_m],
-                                                  (*deepest->other)[Metric::residual_penetration_max_m], mm)));
-    row.cells.push_back(forced == nullptr ? "n/a"
-                                          : fmt::format("{} ({}: {})", scaled(forced->force_lost()), forced->scene,
-                                                        from_to((*forced->exact)[Metric::force_max_n],
-                                                                (*forced->other)[Metric::force_max_n], 1.0)));
-    row.cells.push_back(fmt::format("{} of {}", loss.alike, loss.scenes.size()) +
-                        (loss.failed > 0 ? fmt::format(", fails on {}", loss.failed) : std::string()));
-    return row;
+std::string missed_text(const ResultSet& results, Metric missed, Metric whole) {
+    return of_text(results.sum(missed), results.sum(whole));
 }
 
-std::string change_text(double from, double to, double scale) {
-    if (std::isnan(from) && std::isnan(to)) return "n/a";
-    return from == to ? "the same" : from_to(from, to, scale);
+void add_row(const Loss& loss, Table& table) {
+    constexpr Metric depth = Metric::residual_penetration_max_m;
+    table.rows.push_back({});
+    const auto add = [&table](const char* header, Metric metric, std::string text) {
+        add_cell(table, {header, true, metric}, std::move(text));
+    };
+    add_cell(table, {"detector + response (contact generator)", false}, code(loss.other.label()));
+    add_cell(table, {"exact detector", false}, code(loss.exact.detector));
+    add("false negatives of true pairs", Metric::false_negatives,
+        missed_text(loss.to, Metric::false_negatives, Metric::true_pairs));
+    add("proximity false negatives of those within the query distance", Metric::proximity_false_negatives,
+        missed_text(loss.to, Metric::proximity_false_negatives, Metric::true_proximity_pairs));
+    add("residual penetration, max over the scenes (mm)", depth,
+        from_to(loss.from.largest(depth), loss.to.largest(depth), mm));
+    add("largest increase of residual penetration (mm)", depth,
+        most_lost(loss, depth, mm, [](double from, double to) { return to - from; }));
+    // In either direction: a blind tool shows no force.
+    add("most force changed (N)", Metric::force_max_n,
+        most_lost(loss, Metric::force_max_n, 1.0, [](double from, double to) { return std::abs(to - from); }));
+    add_cell(table, {"scenes that move alike", true},
+             fmt::format("{} of {}", loss.alike, loss.to.count()) +
+                 (loss.failed > 0 ? fmt::format(", fails on {}", loss.failed) : std::string()));
 }
 
 Table by_scene(const std::vector<Loss>& losses) {
-    Table table;
-    table.caption = "The same scene by scene: with the exact detector → with this one";
-    table.folded = true;
-    table.columns = {{"scene", false},
-                     {"detector + response (contact generator)", false},
-                     {"false negatives", true, Metric::false_negatives},
-                     {"proximity false negatives", true, Metric::proximity_false_negatives},
-                     {"residual penetration, max (mm)", true, Metric::residual_penetration_max_m},
-                     {"largest force (N)", true, Metric::force_max_n},
-                     {"force error to hard contact (N RMS)", true, Metric::force_error_rms_hard}};
+    Table table{.caption = "The same scene by scene: with the exact detector → with this one", .folded = true};
     for (const Loss& loss : losses) {
         if (loss.moves_alike()) continue;
-        for (const OnScene& one : loss.scenes) {
-            table.rows.push_back(
-                {.cells = {one.scene, code(loss.other.label()),
-                           of_text((*one.other)[Metric::false_negatives], (*one.other)[Metric::true_pairs]),
-                           of_text((*one.other)[Metric::proximity_false_negatives],
-                                   (*one.other)[Metric::true_proximity_pairs]),
-                           change_text((*one.exact)[Metric::residual_penetration_max_m],
-                                       (*one.other)[Metric::residual_penetration_max_m], mm),
-                           change_text((*one.exact)[Metric::force_max_n], (*one.other)[Metric::force_max_n], 1.0),
-                           change_text((*one.exact)[Metric::force_error_rms_hard],
-                                       (*one.other)[Metric::force_error_rms_hard], 1.0)}});
+        for (std::size_t i = 0; i < loss.to.count(); ++i) {
+            const SceneResult* const result = loss.to.results[i];
+            table.rows.push_back({});
+            const auto add = [&](const char* header, Metric metric, const std::string& text) {
+                add_cell(table, {header, true, metric}, text);
+            };
+            const auto change = [&](Metric metric, double scale = 1.0) -> std::string {
+                const double from = loss.from.results[i]->first(metric);
+                const double to = result->first(metric);
+                if (std::isnan(from) && std::isnan(to)) return unknown_text;
+                return from == to ? "the same" : from_to(from, to, scale);
+            };
+            add_cell(table, {"scene", false}, result->scene());
+            add_cell(table, {"detector + response (contact generator)", false}, code(loss.other.label()));
+            add("false negatives", Metric::false_negatives,
+                missed_text({{result}}, Metric::false_negatives, Metric::true_pairs));
+            add("proximity false negatives", Metric::proximity_false_negatives,
+                missed_text({{result}}, Metric::proximity_false_negatives, Metric::true_proximity_pairs));
+            add("residual penetration, max (mm)", Metric::residual_penetration_max_m,
+                change(Metric::residual_penetration_max_m, mm));
+            add("largest force (N)", Metric::force_max_n, change(Metric::force_max_n));
+            add("force error to hard contact (N RMS)", Metric::force_error_rms_hard,
+                change(Metric::force_error_rms_hard));
         }
     }
     return table;
@@ -183,26 +153,17 @@ void add_lost_by_the_detector(Draft& draft) {
         "detection.");
     Table table;
     table.caption = "With an exact detector → with this one";
-    table.columns = {
-        {"detector + response (contact generator)", false},
-        {"exact detector", false},
-        {"false negatives of true pairs", true, Metric::false_negatives},
-        {"proximity false negatives of those within the query distance", true, Metric::proximity_false_negatives},
-        {"residual penetration, max over the scenes (mm)", true, Metric::residual_penetration_max_m},
-        {"largest increase of residual penetration (mm)", true, Metric::residual_penetration_max_m},
-        {"most force changed (N)", true, Metric::force_max_n},
-        {"scenes that move alike", true}};
     std::vector<std::string> nothing_lost;
     for (const Loss& loss : losses) {
         if (loss.moves_alike()) {
-            nothing_lost.push_back(code(loss.other.label()));
+            nothing_lost.push_back(loss.other.label());
         } else {
-            table.rows.push_back(row_of(loss));
+            add_row(loss, table);
         }
     }
     if (!nothing_lost.empty()) {
-        draft.paragraph(
-            fmt::format("Detection errors change nothing, bit by bit on every scene, in {}.", joined(nothing_lost)));
+        draft.paragraph(fmt::format("Detection errors change nothing, bit by bit on every scene, in {}.",
+                                    joined_code(nothing_lost)));
     }
     table.note =
         "Largest increase of residual penetration: on the scene where the worst tick is deeper by most; negative: "

@@ -68,15 +68,7 @@ struct Markdown {
     void operator()(const CodeBlock& code) { out += "```\n" + code.text + "\n```\n\n"; }
     void operator()(const Table& table) {
         if (!table.caption.empty()) out += "**" + table.caption + "**\n\n";
-        for (const Column& column : table.columns) out += "| " + markdown_cell(column.header) + " ";
-        out += "|\n";
-        for (const Column& column : table.columns) out += column.number ? "|---:" : "|---";
-        out += "|\n";
-        for (const TableRow& row : table.rows) {
-            for (const std::string& cell : row.cells) out += "| " + markdown_cell(cell) + " ";
-            out += "|\n";
-        }
-        out += "\n";
+        out += to_markdown(table) + "\n";
         if (!table.note.empty()) out += "<sub>" + table.note + "</sub>\n\n";
     }
     void operator()(const Figure& figure) {
@@ -86,6 +78,19 @@ struct Markdown {
 };
 
 }  // namespace
+
+std::string to_markdown(const Table& table) {
+    std::string out;
+    for (const Column& column : table.columns) out += "| " + markdown_cell(column.header) + " ";
+    out += "|\n";
+    for (const Column& column : table.columns) out += column.number ? "|---:" : "|---";
+    out += "|\n";
+    for (const TableRow& row : table.rows) {
+        for (const std::string& cell : row.cells) out += "| " + markdown_cell(cell) + " ";
+        out += "|\n";
+    }
+    return out;
+}
 
 std::string to_markdown(const Document& document) {
     Markdown writer{.out = "# " + document.title + "\n\n"};

@@ -37,17 +37,17 @@ struct Column {
 
 struct TableRow {
     enum class Style { normal, own, dominated, failed };
-    std::vector<std::string> cells;
+    std::vector<std::string> cells = {};
     Style style = Style::normal;
     std::string command = {};  ///< command that reproduces the row; empty: Document::command
 };
 
 struct Table {
-    std::string caption;
-    std::vector<Column> columns;
-    std::vector<TableRow> rows;
-    std::string note;     ///< small print under the table
-    bool folded = false;  ///< HTML shows the table collapsed
+    std::string caption = {};
+    std::vector<Column> columns = {};
+    std::vector<TableRow> rows = {};
+    std::string note = {};  ///< small print under the table
+    bool folded = false;    ///< HTML shows the table collapsed
 };
 
 struct Figure {
@@ -69,6 +69,8 @@ struct Document {
 };
 
 std::string to_markdown(const Document& document);
+/// Header and rows alone.
+std::string to_markdown(const Table& table);
 /// Page 1 with links into `rest`, the file of the other pages.
 std::string page_one_to_markdown(const Document& document, const std::string& rest);
 /// One self-contained file: sidebar contents, sortable and filterable tables, static drawings. Interactive charts need

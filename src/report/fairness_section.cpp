@@ -26,7 +26,7 @@ void add_environment(Draft& draft) {
         {.cells = {"noise floor (factor)",
                    std::isnan(draft.results.noise_floor())
                        ? "not known: one process per method"
-                       : format_number(draft.results.noise_floor()) +
+                       : scaled(draft.results.noise_floor()) +
                              ": 95 % of the ratios between medians of processes of the same method on the same "
                              "scene (A/A)"}});
     draft.add(std::move(table));
@@ -36,7 +36,7 @@ namespace {
 
 /// Whether the run turned a knob of its detector or response (kind): then its setting was nobody's choice.
 bool is_turned(const RunSpec& spec, const std::string& kind) {
-    return spec.mode == "work_precision" && spec.knob.rfind(kind + ".", 0) == 0;
+    return spec.mode == "work_precision" && spec.knob.starts_with(kind + ".");
 }
 
 }  // namespace
@@ -47,11 +47,6 @@ void add_fairness(Draft& draft) {
         "Every method of this study with every setting it ran with. Methods run in an order shuffled by the seed, "
         "interleaved, each run in a fresh process, one thread but for a stepper whose parameters (`threads`, `factor`) "
         "start a second.");
-    struct ListedMethod {
-        std::string kind;
-        std::string text;
-        const Record* record = nullptr;
-    };
     std::map<std::pair<std::string, std::string>, const Record*> methods;
     const auto take = [&methods](const Record& record, const std::string& kind, const std::string& text) {
         if (text.empty()) return;
@@ -63,67 +58,53 @@ void add_fairness(Draft& draft) {
         take(record, "detector", record.spec.detector);
         take(record, "response", record.spec.response);
     }
-    const auto fact = [](const Record& record, const std::string& key) {
-        const auto found = record.environment.find(key);
-        return found == record.environment.end() ? std::string() : found->second;
-    };
-    Table table;
-    table.caption = "Methods and their settings";
-    table.columns = {{"kind", false},
-                     {"method", false},
-                     {"library", false},
-                     {"build of the library", false},
-                     {"all settings in force", false},
-                     {"setting", false}};
-    std::map<std::pair<std::string, std::string>, std::map<std::string, std::vector<std::string>>> by_name;
+    Table table{.caption = "Methods and their settings"};
+    using Settings = std::map<std::string, std::vector<std::string>>;  // by default, recommended, tuned
+    std::map<std::pair<std::string, std::string>, Settings> by_name;
     for (const auto& [key, record] : methods) {
-        const std::string prefix = key.first + ".";
-        const std::string absent = fact(*record, prefix + "absent");
-        const std::string chosen = fact(*record, prefix + "setting");
+        const auto fact = [&prefix = key.first, from = record](const char* name) -> const std::string& {
+            return fact_of(*from, prefix + "." + name);
+        };
         const std::string setting = is_turned(record->spec, key.first) ? "turned by the study"
-                                    : chosen.empty()                   ? "default"
-                                                                       : chosen;
-        const std::string basis = fact(*record, prefix + "basis");
-        by_name[{key.first, method_name(key.second)}][setting].push_back(code(key.second) +
-                                                                         (basis.empty() ? "" : ": " + basis));
-        const std::string library = fact(*record, prefix + "library") + " " + fact(*record, prefix + "version");
-        const std::string settings = fact(*record, prefix + "settings");
-        table.rows.push_back(
-            {.cells = {key.first, code(key.second), absent.empty() ? library : "absent (" + absent + ")",
-                       fact(*record, prefix + "configuration"), settings.empty() ? "none declared" : settings,
-                       setting}});
+                                    : fact("setting").empty()          ? "default"
+                                                                       : fact("setting");
+        by_name[{key.first, method_name(key.second)}][setting].push_back(
+            code(key.second) + (fact("basis").empty() ? "" : ": " + fact("basis")));
+        table.rows.push_back({});
+        add_cell(table, {"kind"}, key.first);
+        add_cell(table, {"method"}, code(key.second));
+        add_cell(table, {"library"},
+                 fact("absent").empty() ? fact("library") + " " + fact("version") : "absent (" + fact("absent") + ")");
+        add_cell(table, {"build of the library"}, fact("configuration"));
+        add_cell(table, {"all settings in force"}, fact("settings").empty() ? "none declared" : fact("settings"));
+        add_cell(table, {"setting"}, setting);
     }
     draft.add(std::move(table));
-    Table columns;
-    columns.caption = "Default, recommended and tuned settings";
-    columns.columns = {{"kind", false},
-                       {"method", false},
-                       {"default", false},
-                       {"recommended", false},
-                       {"tuned (search and budget)", false}};
+    Table columns{.caption = "Default, recommended and tuned settings"};
     for (const auto& [key, by_setting] : by_name) {
-        const auto cell = [&settings = by_setting](const std::string& name, const char* none) {
+        const auto add = [&columns, &settings = by_setting](const char* header, const char* name, const char* none) {
             const auto found = settings.find(name);
-            return found == settings.end() ? std::string(none) : fmt::format("{}", fmt::join(found->second, "; "));
+            add_cell(columns, {header}, found == settings.end() ? none : joined(found->second, "; "));
         };
-        columns.rows.push_back({.cells = {key.first, code(key.second), cell("default", "not run"),
-                                          cell("recommended", "not run"), cell("tuned", "not tuned")}});
+        columns.rows.push_back({});
+        add_cell(columns, {"kind"}, key.first);
+        add_cell(columns, {"method"}, code(key.second));
+        add("default", "default", "not run");
+        add("recommended", "recommended", "not run");
+        add("tuned (search and budget)", "tuned", "not tuned");
     }
     draft.add(std::move(columns));
-    Table absent;
-    absent.caption = "Methods that this build lacks";
-    absent.columns = {{"kind", false}, {"method", false}, {"reason", false}};
     std::map<std::pair<std::string, std::string>, std::string> reasons;
     for (const Record& record : draft.records) {
         for (const auto& [key, reason] : record.environment) {
-            if (key.rfind("absent.", 0) != 0) continue;
+            if (!key.starts_with("absent.")) continue;
             const std::size_t dot = key.find('.', 7);
             reasons[{key.substr(7, dot - 7), key.substr(dot + 1)}] = reason;
         }
     }
-    for (const auto& [key, reason] : reasons) {
-        absent.rows.push_back({.cells = {key.first, code(key.second), reason}});
-    }
+    Table absent{.caption = "Methods that this build lacks",
+                 .columns = {{"kind", false}, {"method", false}, {"reason", false}}};
+    for (const auto& [key, reason] : reasons) absent.rows.push_back({.cells = {key.first, code(key.second), reason}});
     if (absent.rows.empty()) draft.paragraph("No method known to this build is absent from it.");
     draft.add(std::move(absent));
 }
@@ -132,10 +113,7 @@ void add_frames(Draft& draft) {
     const std::vector<std::string> scenes = draft.results.scenes("replay");
     if (scenes.empty()) return;
     draft.heading(2, "Frames");
-    Table table;
-    table.caption = "Replayed scenes: every detector must have seen the same bits";
-    table.columns = {{"scene", false},      {"class", false},       {"ticks", true},
-                     {"scene hash", false}, {"frames hash", false}, {"same for all detectors and processes", false}};
+    Table table{.caption = "Replayed scenes: every detector must have seen the same bits"};
     for (const std::string& scene : scenes) {
         std::set<std::string> hashes;
         std::set<std::string> scene_hashes;
@@ -146,13 +124,16 @@ void add_frames(Draft& draft) {
             if (!record.spec.scene_hash.empty()) scene_hashes.insert(record.spec.scene_hash);
             ticks.insert(record.spec.ticks);
         }
-        table.rows.push_back(
-            {.cells = {scene, draft.results.class_of(scene).empty() ? "n/a" : draft.results.class_of(scene),
-                       fmt::format("{}", fmt::join(ticks, " | ")),
-                       code(fmt::format("{}", fmt::join(scene_hashes, " | "))),
-                       code(fmt::format("{}", fmt::join(hashes, " | "))),
-                       hashes.empty() ? "n/a" : yes_no(hashes.size() == 1)}});
-        if (hashes.size() > 1) table.rows.back().style = TableRow::Style::failed;
+        const auto either = [](const auto& values) { return fmt::format("{}", fmt::join(values, " | ")); };
+        const std::string& pair_class = draft.results.class_of(scene);
+        table.rows.push_back({.style = hashes.size() > 1 ? TableRow::Style::failed : TableRow::Style::normal});
+        add_cell(table, {"scene"}, scene);
+        add_cell(table, {"class"}, pair_class.empty() ? unknown_text : pair_class);
+        add_cell(table, {"ticks", true}, either(ticks));
+        add_cell(table, {"scene hash"}, code(either(scene_hashes)));
+        add_cell(table, {"frames hash"}, code(either(hashes)));
+        add_cell(table, {"same for all detectors and processes"},
+                 hashes.empty() ? unknown_text : yes_no(hashes.size() == 1));
     }
     draft.add(std::move(table));
 }

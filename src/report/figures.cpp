@@ -1,7 +1,5 @@
 #include "report/figures.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -63,18 +61,36 @@ std::vector<double> median_over_processes(const TickTimes& times) {
 
 }  // namespace
 
-std::string undecided_text(double samples) {
-    return samples > 0.0 ? fmt::format(" ({:.0f} undecided)", samples) : std::string();
+const std::string& fact_of(const Record& record, const std::string& key) {
+    static const std::string none;
+    const auto found = record.environment.find(key);
+    return found == record.environment.end() ? none : found->second;
 }
 
-double summary_of(const Record& record, Metric metric) { return value_of(record.summary, metric); }
-
-void take_larger(double& largest, double value) {
-    if (!std::isnan(value) && !(value <= largest)) largest = value;
+bool never_ran(const Record& record) {
+    return record.outcome.kind == OutcomeKind::absent || record.outcome.kind == OutcomeKind::unsupported;
 }
 
-void add_known(double& sum, double value) {
-    if (!std::isnan(value)) sum = std::isnan(sum) ? value : sum + value;
+std::vector<const Record*> runs_of(const std::vector<Record>& records, std::string_view mode) {
+    std::vector<const Record*> runs;
+    for (const Record& record : records) {
+        if (record.spec.mode == mode && !never_ran(record)) runs.push_back(&record);
+    }
+    return runs;
+}
+
+double known_sum(const std::vector<double>& values) {
+    double sum = not_known;
+    for (const double value : values) {
+        if (!std::isnan(value)) sum = std::isnan(sum) ? value : sum + value;
+    }
+    return sum;
+}
+
+double known_largest(const std::vector<double>& values) {
+    double largest = not_known;
+    for (const double value : values) largest = std::fmax(largest, value);
+    return largest;
 }
 
 bool meets_tissue(const std::string& pair_class) { return pair_class.find('T') != std::string::npos; }
@@ -84,7 +100,7 @@ double or_last(double value) { return std::isnan(value) ? std::numeric_limits<do
 RunFigures figures_of(const Record& record) {
     RunFigures figures;
     figures.record = &record;
-    for (const MetricInfo& info : metrics()) figures[info.metric] = summary_of(record, info.metric);
+    for (const MetricInfo& info : metrics()) figures[info.metric] = value_of(record.summary, info.metric);
     if (record.summary.empty()) {  // a run that never began has missed nothing and cut nothing
         for (const auto count : {Metric::timed_ticks, Metric::deadline_misses, Metric::longest_burst, Metric::ruptures,
                                  Metric::truncated_ticks}) {
@@ -156,10 +172,11 @@ bool SceneResult::ok() const {
 }
 
 bool SceneResult::not_applicable() const {
-    return std::any_of(runs.begin(), runs.end(), [](const RunFigures& run) {
-        const OutcomeKind kind = run.record->outcome.kind;
-        return kind == OutcomeKind::absent || kind == OutcomeKind::unsupported;
-    });
+    return std::any_of(runs.begin(), runs.end(), [](const RunFigures& run) { return never_ran(*run.record); });
+}
+
+const Outcome& SceneResult::failure() const {
+    return std::find_if(runs.begin(), runs.end(), [](const RunFigures& run) { return !run.ok(); })->record->outcome;
 }
 
 Estimate SceneResult::of(Metric metric) const {
@@ -280,20 +297,34 @@ const std::string& Results::class_of(const std::string& scene) const {
     return found == class_of_scene_.end() ? unknown : found->second;
 }
 
-const SceneResult* Results::find(const Method& method, const std::string& scene) const {
+const std::map<std::string, SceneResult>& Results::of(const Method& method) const {
+    static const std::map<std::string, SceneResult> none;
     const auto scenes = by_method_.find(method);
-    if (scenes == by_method_.end()) return nullptr;
-    const auto result = scenes->second.find(scene);
-    return result == scenes->second.end() ? nullptr : &result->second;
+    return scenes == by_method_.end() ? none : scenes->second;
+}
+
+bool Results::move_alike(const Method& a, const Method& b, const std::vector<std::string>& scenes) const {
+    bool any = false;
+    for (const std::string& scene : scenes) {
+        const SceneResult* first = find(a, scene);
+        const SceneResult* second = find(b, scene);
+        if ((first == nullptr) != (second == nullptr)) return false;
+        if (first == nullptr) continue;
+        if (!first->ok() || !second->ok() || !same_motion(first->runs.front(), second->runs.front())) return false;
+        any = true;
+    }
+    return any;
+}
+
+const SceneResult* Results::find(const Method& method, const std::string& scene) const {
+    const auto result = of(method).find(scene);
+    return result == of(method).end() ? nullptr : &result->second;
 }
 
 std::string Results::fact(const Method& method, const std::string& key) const {
-    const auto scenes = by_method_.find(method);
-    if (scenes == by_method_.end()) return {};
-    for (const auto& [scene, result] : scenes->second) {
+    for (const auto& [scene, result] : of(method)) {
         for (const RunFigures& run : result.runs) {
-            const auto found = run.record->environment.find(key);
-            if (found != run.record->environment.end()) return found->second;
+            if (run.record->environment.contains(key)) return fact_of(*run.record, key);
         }
     }
     return {};

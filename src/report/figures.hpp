@@ -32,23 +32,20 @@ struct RunFigures {
 
 RunFigures figures_of(const Record& record);
 
-/// One metric; NaN when the run lacks it.
-double summary_of(const Record& record, Metric metric);
+/// A fact of the run's environment, such as "run.stepper"; empty when absent.
+const std::string& fact_of(const Record& record, const std::string& key);
+/// Absent or unsupported: neither a number nor a failure.
+bool never_ran(const Record& record);
+/// Records of a mode that could run, in their order.
+std::vector<const Record*> runs_of(const std::vector<Record>& records, std::string_view mode);
 
-/// Maximum of the known (not NaN) values.
-void take_larger(double& largest, double value);
-/// Sum of the known values; the first known value replaces NaN.
-void add_known(double& sum, double value);
+/// Sum and maximum of the known (not NaN) values; NaN without any.
+double known_sum(const std::vector<double>& values);
+double known_largest(const std::vector<double>& values);
 /// True when a pair class ("I2T", "I2T+R2T" …) includes tissue.
 bool meets_tissue(const std::string& pair_class);
 /// Sort key: NaN comes last.
 double or_last(double value);
-
-/// Suffix of a depth, " (12 undecided)"; empty when the oracle decides all sides.
-std::string undecided_text(double samples);
-inline constexpr const char* undecided_note =
-    "Undecided: sample points, most after a tick, whose side truth leaves open, since the rim of an open sheet is "
-    "inside their body; no depth is taken of them.";
 
 /// Rounds to the three digits of the tables, so that equal printed values compare equal.
 double as_printed(double value);
@@ -89,9 +86,13 @@ struct SceneResult {
     /// scene. Empty without replay or with too few processes.
     Resamples p50_resamples;
     Resamples p99_resamples;
+    [[nodiscard]] const Record& record() const { return *runs.front().record; }
+    [[nodiscard]] const std::string& scene() const { return record().spec.scene; }
     [[nodiscard]] bool ok() const;
-    /// Absent or unsupported: neither a number nor a failure.
+    /// A process never ran.
     [[nodiscard]] bool not_applicable() const;
+    /// Outcome of the first process that failed.
+    [[nodiscard]] const Outcome& failure() const;
     [[nodiscard]] Estimate of(Metric metric) const;
     /// p50_resamples, p99_resamples, or empty for another metric.
     [[nodiscard]] const Resamples& resamples_of(Metric metric) const;
@@ -119,6 +120,10 @@ public:
     [[nodiscard]] std::vector<Method> methods(std::string_view mode) const;
     [[nodiscard]] std::vector<std::string> scenes(std::string_view mode) const;
     [[nodiscard]] const std::string& class_of(const std::string& scene) const;
+    /// Results of a method by scene, in alphabetical order.
+    [[nodiscard]] const std::map<std::string, SceneResult>& of(const Method& method) const;
+    /// True when both methods ran on the same of these scenes, and moved alike on each.
+    [[nodiscard]] bool move_alike(const Method& a, const Method& b, const std::vector<std::string>& scenes) const;
     /// Null when the study has no such run.
     [[nodiscard]] const SceneResult* find(const Method& method, const std::string& scene) const;
     /// A fact of the method's records, such as "detector.own"; empty when absent.

@@ -15,29 +15,13 @@
 namespace trocar {
 namespace {
 
-const std::string& case_fact(const Record& record, const std::string& key) {
-    static const std::string none;
-    const auto found = record.environment.find(key);
-    return found == record.environment.end() ? none : found->second;
-}
-
 std::string word_of(OutcomeKind kind) {
-    switch (kind) {
-        case OutcomeKind::not_finite:
-            return "NaN";
-        case OutcomeKind::threw:
-            return "throw";
-        case OutcomeKind::timed_out:
-            return "time-out";
-        case OutcomeKind::crashed:
-            return "crash";
-        case OutcomeKind::ok:
-        case OutcomeKind::absent:
-        case OutcomeKind::unsupported:
-        case OutcomeKind::unstable:
-            break;
-    }
-    return std::string(name_of(kind));
+    static const std::map<OutcomeKind, std::string> words{{OutcomeKind::not_finite, "NaN"},
+                                                          {OutcomeKind::threw, "throw"},
+                                                          {OutcomeKind::timed_out, "time-out"},
+                                                          {OutcomeKind::crashed, "crash"}};
+    const auto found = words.find(kind);
+    return found == words.end() ? std::string(name_of(kind)) : found->second;
 }
 
 struct Cell {
@@ -46,12 +30,52 @@ struct Cell {
     bool right = false;
 };
 
+/// Cases that a method was asked, and those that it answered rightly.
+struct Tally {
+    int right = 0;
+    int asked = 0;
+    void take(const Cell& cell) {
+        right += cell.right ? 1 : 0;
+        asked += cell.asked ? 1 : 0;
+    }
+    [[nodiscard]] std::string text() const { return asked == 0 ? unknown_text : fmt::format("{} of {}", right, asked); }
+    auto operator<=>(const Tally&) const = default;
+};
+
+const std::string& method_asked(const RunSpec& spec) { return spec.response.empty() ? spec.detector : spec.response; }
+
+/// First processes of all cases, whoever could answer them or not.
+std::vector<const Record*> cases_of(const Draft& draft) {
+    std::vector<const Record*> cases;
+    for (const Record& record : draft.records) {
+        if (record.spec.mode == "hard_case" && record.spec.repetition == 0) cases.push_back(&record);
+    }
+    return cases;
+}
+
+constexpr std::string_view bound_key = "case.at_most.";
+
+/// Bounds on metrics that the case sets, by the metric's name.
+std::map<std::string, double> bounds_of(const Record& record) {
+    std::map<std::string, double> bounds;
+    for (const auto& [key, text] : record.environment) {
+        if (key.starts_with(bound_key)) bounds[key.substr(bound_key.size())] = std::strtod(text.c_str(), nullptr);
+    }
+    return bounds;
+}
+
+/// The outcome that is the right answer; empty where it is ok.
+std::string right_outcome(const Record& record) {
+    const std::string& outcome = fact_of(record, "case.outcome");
+    return outcome == name_of(OutcomeKind::ok) ? std::string() : outcome;
+}
+
 /// "residual_penetration_max_m 0.43 mm": metres as millimetres, everything else as it is.
 std::string figure_text(const std::string& key, double value, const std::string& relation = " ") {
     const MetricInfo& figure = info_of(metric_of(key));
-    if (std::isnan(value)) return key + " n/a";
-    if (figure.unit == "m") return key + relation + format_number(value * mm) + " mm";
-    return key + relation + format_number(value) + (figure.unit == "1" ? "" : " " + std::string(figure.unit));
+    if (std::isnan(value)) return key + " " + unknown_text;
+    if (figure.unit == "m") return key + relation + scaled(value, mm) + " mm";
+    return key + relation + scaled(value) + (figure.unit == "1" ? "" : " " + std::string(figure.unit));
 }
 
 Cell cell_of(const Record& record) {
@@ -59,34 +83,24 @@ Cell cell_of(const Record& record) {
     if (kind == OutcomeKind::absent) return {.text = "absent"};
     if (kind == OutcomeKind::unsupported && record.summary.empty()) return {.text = "no data"};
     Cell cell{.text = {}, .asked = true};
-    const std::string& expected = case_fact(record, "case.outcome");
-    if (!expected.empty() && expected != name_of(OutcomeKind::ok)) {
-        cell.right = name_of(kind) == expected && !(summary_of(record, Metric::false_positives) > 0.0);
+    const auto figure = [&record](Metric metric) { return value_of(record.summary, metric); };
+    if (const std::string expected = right_outcome(record); !expected.empty()) {
+        cell.right = name_of(kind) == expected && !(figure(Metric::false_positives) > 0.0);
         cell.text = cell.right ? "ok" : kind == OutcomeKind::ok ? "not reported" : word_of(kind);
         return cell;
     }
     std::vector<std::string> faults;
-    const double failed = summary_of(record, Metric::failed_ticks);
     if (kind != OutcomeKind::ok) {
-        faults.push_back(word_of(kind) + (failed > 1.0 && case_fact(record, "case.of").empty()
-                                              ? " " + count_text(failed)
-                                              : std::string()));
+        const double failed = figure(Metric::failed_ticks);
+        const bool one_pair = fact_of(record, "case.of").empty();
+        faults.push_back(word_of(kind) + (failed > 1.0 && one_pair ? " " + count_text(failed) : std::string()));
     }
-    if (const double false_negatives = summary_of(record, Metric::false_negatives);
-        false_negatives > 0.0 && record.spec.response.empty()) {
-        faults.push_back("FN " + count_text(false_negatives));
+    for (const auto& [name, metric] : {std::pair("FN ", Metric::false_negatives), {"FP ", Metric::false_positives}}) {
+        if (figure(metric) > 0.0 && record.spec.response.empty()) faults.push_back(name + count_text(figure(metric)));
     }
-    if (const double false_positives = summary_of(record, Metric::false_positives);
-        false_positives > 0.0 && record.spec.response.empty()) {
-        faults.push_back("FP " + count_text(false_positives));
-    }
-    constexpr std::string_view bound = "case.at_most.";
-    for (const auto& [key, text] : record.environment) {
-        if (key.rfind(bound, 0) != 0 || kind != OutcomeKind::ok) continue;
-        const std::string figure = key.substr(bound.size());
-        const double value = summary_of(record, metric_of(figure));
-        if (value <= std::strtod(text.c_str(), nullptr)) continue;
-        faults.push_back(figure_text(figure, value));
+    for (const auto& [name, bound] : bounds_of(record)) {
+        const double value = figure(metric_of(name));
+        if (kind == OutcomeKind::ok && !(value <= bound)) faults.push_back(figure_text(name, value));
     }
     cell.right = faults.empty();
     cell.text = cell.right ? "ok" : joined(faults);
@@ -94,19 +108,13 @@ Cell cell_of(const Record& record) {
 }
 
 std::string expected_text(const Record& record) {
-    const std::string& outcome = case_fact(record, "case.outcome");
-    if (!outcome.empty() && outcome != name_of(OutcomeKind::ok)) return "reported as " + outcome;
+    if (const std::string outcome = right_outcome(record); !outcome.empty()) return "reported as " + outcome;
     std::vector<std::string> bounds;
-    constexpr std::string_view bound = "case.at_most.";
-    for (const auto& [key, text] : record.environment) {
-        if (key.rfind(bound, 0) != 0) continue;
-        const std::string figure = key.substr(bound.size());
-        bounds.push_back(figure_text(figure, std::strtod(text.c_str(), nullptr), " ≤ "));
-    }
+    for (const auto& [name, bound] : bounds_of(record)) bounds.push_back(figure_text(name, bound, " ≤ "));
     if (!bounds.empty()) return joined(bounds);
-    if (!case_fact(record, "case.expected").empty()) return case_fact(record, "case.expected");
-    return fmt::format("{} of {} meet", count_text(summary_of(record, Metric::true_pairs)),
-                       count_text(summary_of(record, Metric::judged_ticks)));
+    if (const std::string& expected = fact_of(record, "case.expected"); !expected.empty()) return expected;
+    return of_text(value_of(record.summary, Metric::true_pairs), value_of(record.summary, Metric::judged_ticks)) +
+           " meet";
 }
 
 using Row = std::map<std::string, const Record*>;  ///< by method
@@ -120,7 +128,7 @@ struct Matrix {
         for (const auto& [key, row] : rows) {
             for (const auto& [method, record] : row) {
                 const bool response = !record->spec.response.empty();
-                sorted.insert({case_fact(*record, response ? "response.own" : "detector.own") != "yes", method});
+                sorted.insert({fact_of(*record, response ? "response.own" : "detector.own") != "yes", method});
                 if (record->outcome.kind != OutcomeKind::absent) present.insert(method);
             }
         }
@@ -135,39 +143,28 @@ struct Matrix {
 Table table_of(const Matrix& matrix, const std::string& caption, const std::string& kind) {
     Table table;
     table.caption = caption;
-    table.columns = {{kind, false}, {"right answer", false}};
     const std::vector<std::string> methods = matrix.methods(false);
-    for (const std::string& method : methods) table.columns.push_back({code(method), false});
-    std::vector<std::string> absent;
-    for (const std::string& method : matrix.methods(true)) absent.push_back(code(method));
-    if (!absent.empty()) table.note = "Absent from this build: " + joined(absent) + ".";
-    std::map<std::string, std::pair<int, int>> tally;  // right, asked
+    if (const std::string absent = joined_code(matrix.methods(true)); !absent.empty())
+        table.note = "Absent from this build: " + absent + ".";
+    std::map<std::string, Tally> tally;
     for (const auto& [key, row] : matrix.rows) {
-        const Record* reported = nullptr;  // an absent method's record has no summary with the counts
-        for (const auto& [method, record] : row) {
-            if (reported == nullptr || reported->summary.size() < record->summary.size()) reported = record;
-        }
-        TableRow line{
-            .cells = {(key.first.empty() ? "" : key.first + ": ") + code(key.second), expected_text(*reported)}};
+        // An absent method's record has no summary with the counts.
+        const auto reported = std::max_element(row.begin(), row.end(), [](const auto& a, const auto& b) {
+            return a.second->summary.size() < b.second->summary.size();
+        });
+        table.rows.push_back({});
+        add_cell(table, {kind}, (key.first.empty() ? "" : key.first + ": ") + code(key.second));
+        add_cell(table, {"right answer"}, expected_text(*reported->second));
         for (const std::string& method : methods) {
             const auto found = row.find(method);
-            if (found == row.end()) {
-                line.cells.emplace_back("");
-                continue;
-            }
-            const Cell cell = cell_of(*found->second);
-            line.cells.push_back(cell.text);
-            tally[method].first += cell.right ? 1 : 0;
-            tally[method].second += cell.asked ? 1 : 0;
+            const Cell cell = found == row.end() ? Cell{} : cell_of(*found->second);
+            add_cell(table, {code(method)}, cell.text);
+            tally[method].take(cell);
         }
-        table.rows.push_back(std::move(line));
     }
     if (table.rows.empty()) return table;
     TableRow sum{.cells = {"all: right", ""}, .style = TableRow::Style::own};
-    for (const std::string& method : methods) {
-        const auto [right, asked] = tally[method];
-        sum.cells.push_back(asked == 0 ? "n/a" : fmt::format("{} of {}", right, asked));
-    }
+    for (const std::string& method : methods) sum.cells.push_back(tally[method].text());
     table.rows.push_back(std::move(sum));
     return table;
 }
@@ -175,82 +172,60 @@ Table table_of(const Matrix& matrix, const std::string& caption, const std::stri
 }  // namespace
 
 std::string hard_case_sentence(const Draft& draft) {
-    std::map<std::string, std::pair<int, int>> tally;  // right, asked
-    for (const Record& record : draft.records) {
-        const RunSpec& spec = record.spec;
-        if (spec.mode != "hard_case" || spec.repetition != 0) continue;
-        const Cell cell = cell_of(record);
-        if (!cell.asked) continue;
-        auto& [right, asked] = tally[spec.response.empty() ? spec.detector : spec.response];
-        right += cell.right ? 1 : 0;
-        ++asked;
+    std::map<std::string, Tally> tally;
+    for (const Record* record : cases_of(draft)) {
+        const Cell cell = cell_of(*record);
+        if (cell.asked) tally[method_asked(record->spec)].take(cell);
     }
     if (tally.empty()) return {};
     std::vector<std::string> all;
     std::vector<std::string> some;
     for (const auto& [method, counts] : tally) {
-        if (counts.first == counts.second) {
-            all.push_back(code(method));
-        } else {
-            some.push_back(fmt::format("{} {} of {}", code(method), counts.first, counts.second));
-        }
+        const bool right = counts.right == counts.asked;
+        (right ? all : some).push_back(code(method) + (right ? "" : " " + counts.text()));
     }
     return fmt::format("Hard cases answered rightly: all by {}; {}.", all.empty() ? "none" : joined(all),
                        some.empty() ? "no method fails one" : joined(some));
 }
 
 Table hard_case_tally(const Draft& draft, bool responses) {
-    constexpr std::size_t kinds = 5;
-    constexpr std::array<const char*, kinds> names{"FN", "FP", "NaN", "crash, throw", "other fault"};
-    struct Tally {
-        int right = 0;
-        int asked = 0;
-        std::array<int, kinds> faults{};  ///< cases with such a fault, the first that is reported
-        auto operator<=>(const Tally&) const = default;
-    };
-    std::map<std::string, Tally> by_method;
-    for (const Record& record : draft.records) {
-        const RunSpec& spec = record.spec;
-        if (spec.mode != "hard_case" || spec.repetition != 0) continue;
-        if (spec.response.empty() == responses) continue;
-        const Cell cell = cell_of(record);
+    constexpr std::array names{"FN", "FP", "NaN", "crash, throw", "other fault"};
+    using Faults = std::array<int, names.size()>;  // cases with such a fault, the first that is reported
+    std::map<std::string, std::pair<Tally, Faults>> by_method;
+    Faults all{};
+    for (const Record* record : cases_of(draft)) {
+        if (record->spec.response.empty() == responses) continue;
+        const Cell cell = cell_of(*record);
         if (!cell.asked) continue;
-        Tally& tally = by_method[responses ? spec.response : spec.detector];
-        ++tally.asked;
-        if (cell.right) {
-            ++tally.right;
-            continue;
-        }
-        const std::string& text = cell.text;
-        const std::size_t kind = text.starts_with("FN")                                   ? 0
-                                 : text.starts_with("FP")                                 ? 1
-                                 : text.starts_with("NaN")                                ? 2
-                                 : text.starts_with("crash") || text.starts_with("throw") ? 3
-                                                                                          : 4;
-        ++tally.faults.at(kind);
+        auto& [tally, faults] = by_method[method_asked(record->spec)];
+        tally.take(cell);
+        if (cell.right) continue;
+        const auto named = [&cell](std::string_view name) { return cell.text.starts_with(name); };
+        const auto first = std::find_if(names.begin(), names.begin() + 3, named);
+        const auto kind = static_cast<std::size_t>(first - names.begin());
+        const std::size_t fault = kind < 3 || named("crash") || named("throw") ? kind : names.size() - 1;
+        ++faults.at(fault);
+        ++all.at(fault);
     }
-    std::map<Tally, std::vector<std::string>> alike;
-    for (const auto& [method, tally] : by_method) alike[tally].push_back(code(method));
-    std::vector<std::pair<Tally, std::vector<std::string>>> sorted(alike.begin(), alike.end());
+    std::map<std::pair<Tally, Faults>, std::vector<std::string>> alike;
+    for (const auto& [method, counts] : by_method) alike[counts].push_back(method);
+    std::vector<std::pair<std::pair<Tally, Faults>, std::vector<std::string>>> sorted(alike.begin(), alike.end());
     std::stable_sort(sorted.begin(), sorted.end(), [](const auto& a, const auto& b) {
-        return a.first.right * b.first.asked > b.first.right * a.first.asked;
+        const Tally& first = a.first.first;
+        const Tally& second = b.first.first;
+        return first.right * second.asked > second.right * first.asked;
     });
     Table table;
     table.caption =
         responses ? "Responses on hard scenes, cases" : "Detectors on hard meshes and triangle pairs, cases";
-    table.columns = {{.header = responses ? "response" : "detector", .wide = true}, {"right of N", true}};
-    for (const char* name : names) table.columns.push_back({name, true});
-    for (const auto& [tally, methods] : sorted) {
-        TableRow row{.cells = {joined(methods), fmt::format("{} of {}", tally.right, tally.asked)}};
-        for (const int count : tally.faults) row.cells.push_back(std::to_string(count));
-        table.rows.push_back(std::move(row));
-    }
-    for (std::size_t column = kinds + 2; column-- > 2;) {  // a fault that nobody has needs no column
-        const bool none = std::all_of(table.rows.begin(), table.rows.end(),
-                                      [column](const TableRow& row) { return row.cells.at(column) == "0"; });
-        if (!none) continue;
-        table.columns.erase(table.columns.begin() + static_cast<std::ptrdiff_t>(column));
-        for (TableRow& row : table.rows) row.cells.erase(row.cells.begin() + static_cast<std::ptrdiff_t>(column));
+    for (const auto& [counts, methods] : sorted) {
+        const auto& [tally, faults] = counts;
+        table.rows.push_back({});
+        add_cell(table, {.header = responses ? "response" : "detector", .wide = true}, joined_code(methods));
+        add_cell(table, {"right of N", true}, tally.text());
+        for (std::size_t kind = 0; kind < names.size(); ++kind) {  // a fault that nobody has needs no column
+            if (all.at(kind) > 0) add_cell(table, {names.at(kind), true}, std::to_string(faults.at(kind)));
+        }
     }
     table.note = "Methods with the same counts stand in one row. A case counts under its first fault.";
     return table;
@@ -260,22 +235,15 @@ void add_hard_cases(Draft& draft) {
     Matrix meshes;
     Matrix families;
     Matrix scenes;
-    Table reasons;
-    reasons.caption = "Why the right answers are right";
-    reasons.columns = {{"case", false}, {"reason", false}};
-    reasons.folded = true;
+    Table reasons{
+        .caption = "Why the right answers are right", .columns = {{"case", false}, {"reason", false}}, .folded = true};
     std::map<std::string, std::string> reason_of;
-    for (const Record& record : draft.records) {
-        const RunSpec& spec = record.spec;
-        if (spec.mode != "hard_case" || spec.repetition != 0) continue;
-        const std::string& of = case_fact(record, "case.of");
-        if (!of.empty()) reason_of[spec.scene] = case_fact(record, "case.reason");
-        if (!spec.response.empty()) {
-            scenes.rows[{of, spec.scene}][spec.response] = &record;
-        } else {
-            Matrix& matrix = of.empty() ? families : meshes;
-            matrix.rows[{of, spec.scene}][spec.detector] = &record;
-        }
+    for (const Record* record : cases_of(draft)) {
+        const RunSpec& spec = record->spec;
+        const std::string& of = fact_of(*record, "case.of");
+        if (!of.empty()) reason_of[spec.scene] = fact_of(*record, "case.reason");
+        Matrix& matrix = !spec.response.empty() ? scenes : of.empty() ? families : meshes;
+        matrix.rows[{of, spec.scene}][method_asked(spec)] = record;
     }
     if (meshes.rows.empty() && families.rows.empty() && scenes.rows.empty()) return;
     draft.heading(2, "Hard cases");

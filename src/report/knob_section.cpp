@@ -48,9 +48,13 @@ constexpr std::size_t hard = 1;
 struct Law {
     std::size_t number;
     const char* name;
-    const char* ending;  ///< of its figures
+    const char* ending;  ///< of its drawings
+    Metric error;        ///< N RMS
+    Metric bound;        ///< of that error
 };
-constexpr std::array laws{Law{equal_k, "contact of equal k", "_equal_k"}, Law{hard, "hard contact", "_hard"}};
+constexpr std::array laws{
+    Law{equal_k, "contact of equal k", "_equal_k", Metric::force_error_rms_equal_k, Metric::force_bound_equal_k},
+    Law{hard, "hard contact", "_hard", Metric::force_error_rms_hard, Metric::force_bound_hard}};
 
 /// One point of a curve.
 struct Mark {
@@ -106,23 +110,22 @@ struct Chart {
 Mark make_mark(const std::string& curve, const std::string& point, const std::vector<const Record*>& runs,
                bool replay) {
     Mark mark{.curve = curve, .point = point};
+    std::vector<double> medians;
     for (const Record* run : runs) {
         if (!run->outcome.ok() && mark.outcome.empty()) mark.outcome = outcome_text(run->outcome);
+        medians.push_back(value_of(run->summary, Metric::total_median_ns));
     }
-    const Record& first = *runs.front();
-    const auto dt_text = first.environment.find("run.dt_s");
-    if (!mark.outcome.empty() || dt_text == first.environment.end()) return mark;
-    std::vector<double> medians;
-    medians.reserve(runs.size());
-    for (const Record* run : runs) medians.push_back(summary_of(*run, Metric::total_median_ns));
-    mark.time = across_processes(medians).value * us * (1e-3 / Point{dt_text->second}.number());
-    mark.error = replay ? summary_of(first, Metric::false_negatives) + summary_of(first, Metric::false_positives)
-                        : summary_of(first, Metric::residual_penetration_max_m) * mm;
+    const std::string& dt_text = fact_of(*runs.front(), "run.dt_s");
+    if (!mark.outcome.empty() || dt_text.empty()) return mark;
+    const auto first = [&runs](Metric metric) { return value_of(runs.front()->summary, metric); };
+    mark.time = across_processes(medians).value * us * (1e-3 / Point{dt_text}.number());
+    mark.error = replay ? first(Metric::false_negatives) + first(Metric::false_positives)
+                        : first(Metric::residual_penetration_max_m) * mm;
     for (const Law& law : laws) {
-        mark.force.at(law.number) = summary_of(first, metric_of(std::string("force_error_rms") + law.ending));
-        mark.force_bound.at(law.number) = summary_of(first, metric_of(std::string("force_bound") + law.ending));
+        mark.force.at(law.number) = first(law.error);
+        mark.force_bound.at(law.number) = first(law.bound);
     }
-    mark.substeps = summary_of(first, Metric::substeps);
+    mark.substeps = first(Metric::substeps);
     return mark;
 }
 
@@ -148,27 +151,13 @@ void mark_dominated(Chart& chart, double noise_floor) {
     }
 }
 
-/// What the records say of the scene's references.
-void read_references(const std::vector<const Record*>& runs, Chart& chart) {
-    for (const Record* run : runs) {
-        const auto hard_text = run->environment.find("reference.hard");
-        if (hard_text != run->environment.end()) chart.hard_reference = hard_text->second;
-        const auto equal_k_text = run->environment.find("reference.equal_k");
-        if (equal_k_text != run->environment.end()) chart.equal_k_reference[{run->spec.point}] = equal_k_text->second;
-    }
-}
-
 std::vector<Chart> charts_of(const Draft& draft) {
     std::map<std::pair<std::string, std::string>, std::map<std::string, Curve>> curves;  // by scene and knob
-    for (const Record& record : draft.records) {
-        const RunSpec& spec = record.spec;
-        if (spec.mode != "work_precision" || record.outcome.kind == OutcomeKind::absent ||
-            record.outcome.kind == OutcomeKind::unsupported) {
-            continue;
-        }
+    for (const Record* record : runs_of(draft.records, "work_precision")) {
+        const RunSpec& spec = record->spec;
         const std::size_t dot = spec.knob.find('.');
         const std::string key = dot == std::string::npos ? std::string() : spec.knob.substr(dot + 1);
-        const bool of_detector = spec.knob.rfind("detector.", 0) == 0;
+        const bool of_detector = spec.knob.starts_with("detector.");
         const std::string detector = of_detector ? without_parameter(spec.detector, key) : spec.detector;
         const std::string response = of_detector ? spec.response : without_parameter(spec.response, key);
         std::string name = detector;
@@ -176,20 +165,23 @@ std::vector<Chart> charts_of(const Draft& draft) {
         if (of_detector) name += " over " + key;
         if (spec.contacts == "native") name += " (native)";
         curves[{spec.scene, of_detector ? "the detectors' own knobs" : spec.knob}][name][{spec.point}].push_back(
-            &record);
+            record);
     }
     std::vector<Chart> charts;
     for (const auto& [where, by_name] : curves) {
         Chart chart{.scene = where.first, .knob = where.second};
-        std::vector<const Record*> all;
         for (const auto& [name, curve] : by_name) {
             for (const auto& [point, runs] : curve) {
                 chart.replay = runs.front()->spec.response.empty();
                 chart.marks.push_back(make_mark(name, point.text, runs, chart.replay));
-                all.insert(all.end(), runs.begin(), runs.end());
+                for (const Record* run : runs) {
+                    const std::string& hard_text = fact_of(*run, "reference.hard");
+                    const std::string& equal_k_text = fact_of(*run, "reference.equal_k");
+                    if (!hard_text.empty()) chart.hard_reference = hard_text;
+                    if (!equal_k_text.empty()) chart.equal_k_reference[point] = equal_k_text;
+                }
             }
         }
-        if (!chart.replay) read_references(all, chart);
         mark_dominated(chart, draft.results.noise_floor());
         charts.push_back(std::move(chart));
     }
@@ -228,22 +220,18 @@ std::string mark_text(const Chart& chart, const Mark& mark) {
 Table ends_table(const std::vector<Chart>& charts) {
     Table table;
     table.caption = "The ends of every chart: least error and fastest";
-    table.columns = {{"scene", false},
-                     {"knob", false},
-                     {"least residual penetration, or fewest pairs wrong", false},
-                     {"its error", true},
-                     {"its time per simulated ms (µs)", true},
-                     {"fastest", false},
-                     {"its error", true},
-                     {"its time per simulated ms (µs)", true}};
     for (const Chart& chart : charts) {
         const Ends ends = ends_of(chart);
         if (ends.exact == nullptr) continue;
-        const std::string unit = chart.replay ? " pairs" : " mm";
-        table.rows.push_back(
-            {.cells = {chart.scene, chart.knob, mark_text(chart, *ends.exact), scaled(ends.exact->error) + unit,
-                       scaled(ends.exact->time), mark_text(chart, *ends.fast), scaled(ends.fast->error) + unit,
-                       scaled(ends.fast->time)}});
+        table.rows.push_back({});
+        add_cell(table, {"scene"}, chart.scene);
+        add_cell(table, {"knob"}, chart.knob);
+        for (const auto& [header, mark] :
+             {std::pair("least residual penetration, or fewest pairs wrong", ends.exact), {"fastest", ends.fast}}) {
+            add_cell(table, {header}, mark_text(chart, *mark));
+            add_cell(table, {"its error", true}, scaled(mark->error) + (chart.replay ? " pairs" : " mm"));
+            add_cell(table, {"its time per simulated ms (µs)", true}, scaled(mark->time));
+        }
     }
     return table;
 }
@@ -251,13 +239,6 @@ Table ends_table(const std::vector<Chart>& charts) {
 Table force_ends_table(const std::vector<Chart>& charts) {
     Table table;
     table.caption = "Least force error of every chart";
-    table.columns = {{"scene", false},
-                     {"knob", false},
-                     {"against", false},
-                     {"least force error", false},
-                     {"its force error (N RMS)", true},
-                     {"bound of the reference (N RMS)", true},
-                     {"its time per simulated ms (µs)", true}};
     table.note =
         "Two laws, two rankings: a response with springs as soft as the scene's k belongs beside the reference of "
         "equal k, one that holds surfaces apart beside hard contact; against the other law the difference of the laws "
@@ -269,17 +250,19 @@ Table force_ends_table(const std::vector<Chart>& charts) {
         const Ends ends = ends_of(chart);
         for (const Law& law : laws) {
             const Mark* best = ends.force.at(law.number);
-            TableRow row{
-                .cells = {chart.scene, chart.knob, law.name, "not ranked", "", chart.force_bound_text(law.number), ""}};
-            if (best != nullptr) {
-                const double bound = best->force_bound.at(law.number);
-                const double force = best->force.at(law.number);
-                row.cells[3] = mark_text(chart, *best);
-                row.cells[4] = force <= bound ? "≤ " + scaled(bound) : scaled(force);
-                row.cells[5] = scaled(bound);
-                row.cells[6] = scaled(best->time);
-            }
-            table.rows.push_back(std::move(row));
+            const Mark mark = best == nullptr ? Mark{} : *best;
+            const double bound = mark.force_bound.at(law.number);
+            const double force = mark.force.at(law.number);
+            table.rows.push_back({});
+            add_cell(table, {"scene"}, chart.scene);
+            add_cell(table, {"knob"}, chart.knob);
+            add_cell(table, {"against"}, law.name);
+            add_cell(table, {"least force error"}, best == nullptr ? "not ranked" : mark_text(chart, mark));
+            add_cell(table, {"its force error (N RMS)", true},
+                     force <= bound ? "≤ " + scaled(bound) : scaled(force, 1.0, ""));
+            add_cell(table, {"bound of the reference (N RMS)", true},
+                     best == nullptr ? chart.force_bound_text(law.number) : scaled(bound));
+            add_cell(table, {"its time per simulated ms (µs)", true}, scaled(mark.time, 1.0, ""));
         }
     }
     return table;
@@ -308,35 +291,28 @@ bool is_beaten(const Chart& chart, const Mark& mark) {
 }
 
 Table points_table(const Chart& chart) {
-    Table table;
-    table.caption = fmt::format("{}: {}", chart.scene, chart.knob);
-    table.columns = {{"method", false}, {chart.knob, true}};
-    if (!chart.replay) table.columns.push_back({"sub-steps per tick", true, Metric::substeps});
-    table.columns.push_back({"time per simulated ms (µs)", true});
-    table.columns.push_back({chart.error_title(), true});
-    if (!chart.replay)
-        table.columns.push_back({"force error, equal k / hard (N RMS)", true, Metric::force_error_rms_equal_k});
-    table.columns.push_back({"outcome", false});
-    table.folded = true;
-    if (!chart.replay) table.note = reference_note(chart);
+    Table table{.caption = fmt::format("{}: {}", chart.scene, chart.knob),
+                .note = chart.replay ? std::string() : reference_note(chart),
+                .folded = true};
+    const auto starred = [](double value, bool dominated) { return scaled(value) + (dominated ? " †" : ""); };
     for (const Mark& mark : chart.marks) {
-        const auto starred = [](const std::string& text, bool dominated) { return text + (dominated ? " †" : ""); };
-        std::vector<std::string> cells{code(mark.curve), mark.point + chart.unit()};
-        if (!chart.replay) cells.push_back(count_text(mark.substeps));
-        cells.push_back(scaled(mark.time));
-        cells.push_back(starred(scaled(mark.error), mark.dominated));
+        table.rows.push_back({.style = is_beaten(chart, mark)  ? TableRow::Style::dominated
+                                       : !mark.outcome.empty() ? TableRow::Style::failed
+                                                               : TableRow::Style::normal});
+        add_cell(table, {"method"}, code(mark.curve));
+        add_cell(table, {chart.knob, true}, mark.point + chart.unit());
+        if (!chart.replay) add_cell(table, {"sub-steps per tick", true, Metric::substeps}, count_text(mark.substeps));
+        add_cell(table, {"time per simulated ms (µs)", true}, scaled(mark.time));
+        add_cell(table, {chart.error_title(), true}, starred(mark.error, mark.dominated));
         if (!chart.replay) {
             std::vector<std::string> forces;
-            forces.reserve(laws.size());
             for (const Law& law : laws) {
-                forces.push_back(starred(scaled(mark.force.at(law.number)), mark.force_dominated.at(law.number)));
+                forces.push_back(starred(mark.force.at(law.number), mark.force_dominated.at(law.number)));
             }
-            cells.push_back(fmt::format("{}", fmt::join(forces, " / ")));
+            add_cell(table, {"force error, equal k / hard (N RMS)", true, Metric::force_error_rms_equal_k},
+                     joined(forces, " / "));
         }
-        cells.push_back(mark.outcome.empty() ? "ok" : mark.outcome);
-        table.rows.push_back({.cells = std::move(cells)});
-        if (!mark.outcome.empty()) table.rows.back().style = TableRow::Style::failed;
-        if (is_beaten(chart, mark)) table.rows.back().style = TableRow::Style::dominated;
+        add_cell(table, {"outcome"}, mark.outcome.empty() ? "ok" : mark.outcome);
     }
     return table;
 }
@@ -366,7 +342,7 @@ ScatterChart drawing_of(const Chart& chart, const KnobPanel& panel) {
         if (std::isnan(mark.time) || std::isnan(error)) continue;
         if (drawing.series.empty() || drawing.series.back().name != mark.curve) {
             const int style = static_cast<int>(drawing.series.size());
-            drawing.series.push_back({.name = mark.curve, .style = mark_style(style), .points = {}, .connected = true});
+            drawing.series.push_back({.name = mark.curve, .style = mark_style(style), .connected = true});
         }
         drawing.series.back().points.push_back(
             {.x = mark.time,

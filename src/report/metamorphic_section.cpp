@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "report/sections.hpp"
 
@@ -31,40 +30,42 @@ std::string fresh_cell(const RunsOfScene& runs) {
     bool same = true;
     bool known = false;
     for (const auto& [scene, records] : runs) {
-        if (records.size() < 2) continue;
-        known = true;
+        known = known || records.size() > 1;
         for (const Record* record : records) same = same && record->state_hash == records.front()->state_hash;
     }
-    return known ? yes_no(same) : "n/a";
+    return known ? yes_no(same) : unknown_text;
 }
 
-std::string detector_cell(const RunsOfScene& runs, const std::string& name) {
-    double differ = 0.0;
+/// Value of the first process on every scene, by scene.
+double first_value(const std::vector<const Record*>& records, const std::string& question, const char* unit) {
+    return value_of(records.front()->summary, metric_of("metamorphic_" + question + unit));
+}
+
+std::string detector_cell(const RunsOfScene& runs, const std::string& question) {
+    double differ = not_known;
     double pairs = 0.0;
-    bool known = false;
     for (const auto& [scene, records] : runs) {
-        const double here = summary_of(*records.front(), metric_of("metamorphic_" + name + "_pairs"));
+        const double here = first_value(records, question, "_pairs");
         if (std::isnan(here)) continue;
-        known = true;
-        differ += here;
-        pairs += summary_of(*records.front(), Metric::metamorphic_pairs);
+        differ = known_sum({differ, here});
+        pairs += value_of(records.front()->summary, Metric::metamorphic_pairs);
     }
-    if (!known) return "n/a";
-    return differ > 0.0 ? fmt::format("no ({} of {} pairs)", count_text(differ), count_text(pairs)) : "yes";
+    if (differ > 0.0) return "no (" + of_text(differ, pairs) + " pairs)";
+    return yes_no(differ == 0.0 ? 1.0 : differ, unknown_text);
 }
 
-std::string response_cell(const RunsOfScene& runs, const std::string& name) {
+std::string response_cell(const RunsOfScene& runs, const std::string& question) {
     double path = not_known;
     double force = not_known;
     std::string worst;
     for (const auto& [scene, records] : runs) {
-        const double here = summary_of(*records.front(), metric_of("metamorphic_" + name + "_m"));
+        const double here = first_value(records, question, "_m");
         if (std::isnan(here)) continue;
-        if (std::isnan(path) || here > path) worst = scene;
+        if (!(here <= path)) worst = scene;
         path = std::fmax(path, here);
-        force = std::fmax(force, summary_of(*records.front(), metric_of("metamorphic_" + name + "_n")));
+        force = std::fmax(force, first_value(records, question, "_n"));
     }
-    if (std::isnan(path)) return "n/a";
+    if (std::isnan(path)) return unknown_text;
     if (path == 0.0 && force == 0.0) return "yes";
     if (std::isinf(path)) return "no (ends otherwise)";
     const std::string far = fmt::format("{:.1e} mm, {:.1e} N", path * mm, force);
@@ -84,39 +85,39 @@ std::string failed_text(const RunsOfScene& runs) {
 }  // namespace
 
 void add_metamorphic(Draft& draft) {
-    std::map<std::string, RunsOfScene> detectors;
-    std::map<std::string, RunsOfScene> responses;
+    std::map<std::pair<bool, std::string>, RunsOfScene> methods;  // responses behind detectors
     for (const Record& record : draft.records) {
         const RunSpec& spec = record.spec;
-        if (spec.mode != "metamorphic") continue;
-        (spec.response.empty() ? detectors[spec.detector] : responses[spec.response])[spec.scene].push_back(&record);
+        const bool responds = !spec.response.empty();
+        if (spec.mode == "metamorphic")
+            methods[{responds, responds ? spec.response : spec.detector}][spec.scene].push_back(&record);
     }
-    if (detectors.empty() && responses.empty()) return;
+    if (methods.empty()) return;
     draft.heading(2, "Metamorphic test of determinism");
     Table table;
     table.caption = "Does a method answer the same question alike?";
-    table.columns = {{"kind", false}, {"method", false}, {"scenes", false}};
-    for (const Question& question : questions) table.columns.push_back({question.header, false});
-    const auto add_rows = [&table](std::map<std::string, RunsOfScene>& methods, const std::string& kind, auto cell) {
-        for (auto& [method, runs] : methods) {
-            for (auto& [scene, records] : runs) {
-                std::sort(records.begin(), records.end(),
-                          [](const Record* a, const Record* b) { return a->spec.repetition < b->spec.repetition; });
-            }
-            std::vector<std::string> scenes;
-            for (const auto& [scene, records] : runs) scenes.push_back(scene);
-            TableRow row{.cells = {kind, code(method), joined(scenes)}};
-            const std::string failed = failed_text(runs);
-            for (const Question& question : questions) {
-                const std::string name = question.name;
-                row.cells.push_back(!failed.empty() ? failed : name.empty() ? fresh_cell(runs) : cell(runs, name));
-            }
-            if (!failed.empty() && failed != "absent") row.style = TableRow::Style::failed;
-            table.rows.push_back(std::move(row));
+    for (auto& [who, runs] : methods) {
+        const auto& [responds, method] = who;
+        std::vector<std::string> scenes;
+        for (auto& [scene, records] : runs) {
+            scenes.push_back(scene);
+            std::sort(records.begin(), records.end(),
+                      [](const Record* a, const Record* b) { return a->spec.repetition < b->spec.repetition; });
         }
-    };
-    add_rows(detectors, "detector", detector_cell);
-    add_rows(responses, "response", response_cell);
+        const std::string failed = failed_text(runs);
+        table.rows.push_back(
+            {.style = failed.empty() || failed == "absent" ? TableRow::Style::normal : TableRow::Style::failed});
+        add_cell(table, {"kind"}, responds ? "response" : "detector");
+        add_cell(table, {"method"}, code(method));
+        add_cell(table, {"scenes"}, joined(scenes));
+        for (const auto& [question, header] : questions) {
+            add_cell(table, {header},
+                     !failed.empty()     ? failed
+                     : *question == '\0' ? fresh_cell(runs)
+                     : responds          ? response_cell(runs, question)
+                                         : detector_cell(runs, question));
+        }
+    }
     table.note = fmt::format(
         "yes = the same answer bit by bit; \"yes, to\" = up to rounding (at most {:g} mm and {:g} N over the whole "
         "run), with how far off; no = not the same, with how far off: pairs that are in one of two answers only, "

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace trocar {
 namespace {
@@ -14,18 +15,18 @@ struct Motion {
 
 bool has_row(const MetricTable& content, const SceneResult* result) {
     if (result == nullptr || result->not_applicable()) return false;
-    return !result->ok() || !content.keep || content.keep(*result);
+    return !result->ok() || !content.keep || content.keep(result->runs.front());
 }
 
-/// The different motions of the runs on the scene, in the order of `methods`, which they point into.
+/// The runs on the scene in the order of `methods`, which they point into; with `alike` one for each different motion.
 std::vector<Motion> motions_of(const Draft& draft, const MetricTable& content, const std::string& scene,
-                               const std::vector<Method>& methods) {
+                               const std::vector<Method>& methods, bool alike) {
     std::vector<Motion> motions;
     for (const Method& method : methods) {
         const SceneResult* result = draft.results.find(method, scene);
         if (!has_row(content, result)) continue;
-        const auto found = std::find_if(motions.begin(), motions.end(), [result](const Motion& motion) {
-            return same_motion(motion.result->runs.front(), result->runs.front());
+        const auto found = std::find_if(motions.begin(), motions.end(), [result, alike](const Motion& motion) {
+            return alike && same_motion(motion.result->runs.front(), result->runs.front());
         });
         if (found == motions.end()) {
             motions.push_back({result, {&method}});
@@ -50,65 +51,114 @@ std::string who_text(const Motion& motion) {
 }
 
 /// None where the value is not known; an interval is known when every process has the metric.
-std::optional<std::string> value_text(const MetricColumn& column, Metric metric, const SceneResult& result) {
-    if (column.processes == Processes::interval) {
-        const Estimate estimate = result.of(metric);
+std::optional<std::string> value_text(const MetricColumn& column, Metric metric, const ResultSet& results) {
+    if (column.processes == Processes::interval && results.count() == 1) {
+        const Estimate estimate = results.results.front()->of(metric);
         if (std::isnan(estimate.value)) return std::nullopt;
         return estimate_text(estimate, column.scale);
     }
-    double value = result.first(metric);
-    if (column.processes == Processes::highest) {
-        for (const RunFigures& run : result.runs) value = std::fmax(value, run[metric]);
-    }
+    const double value = value_over(column.over, results.values(column.processes, metric));
     if (std::isnan(value)) return std::nullopt;
     return column.count ? count_text(value * column.scale) : scaled(value, column.scale);
 }
 
-std::string cell_of(const MetricColumn& column, const SceneResult& result) {
-    if (column.text) return column.text(result);
-    const std::optional<std::string> value = value_text(column, column.metric, result);
+std::string cell_of(const MetricColumn& column, const ResultSet& results) {
+    if (column.text) return column.text(results);
+    const std::optional<std::string> value = value_text(column, *column.metric, results);
     if (!column.second) return value.value_or(column.unknown);
-    const std::optional<std::string> second = value_text(column, *column.second, result);
+    const std::optional<std::string> second = value_text(column, *column.second, results);
     if (!value && !second) return column.unknown;
-    return value.value_or("n/a") + " / " + second.value_or("n/a");
-}
-
-void add_row(const MetricTable& content, std::vector<std::string> cells, const SceneResult& result, Table& table) {
-    if (!result.ok()) {
-        const auto failed =
-            std::find_if(result.runs.begin(), result.runs.end(), [](const RunFigures& run) { return !run.ok(); });
-        cells.push_back(outcome_text(failed->record->outcome));
-        cells.resize(table.columns.size());
-        table.rows.push_back({.cells = std::move(cells), .style = TableRow::Style::failed});
-        return;
-    }
-    for (const MetricColumn& column : content.columns) cells.push_back(cell_of(column, result));
-    table.rows.push_back({.cells = std::move(cells)});
+    return value.value_or(unknown_text) + " / " + second.value_or(unknown_text);
 }
 
 }  // namespace
 
-std::function<std::string(const SceneResult&)> of_first(std::string (*text)(const RunFigures&)) {
-    return [text](const SceneResult& result) { return text(result.runs.front()); };
+Table table_of(Table names, const std::vector<MetricColumn>& columns, const std::vector<MetricRow>& rows) {
+    Table table = std::move(names);
+    for (const MetricColumn& column : columns) table.columns.push_back({column.header, !column.words, column.metric});
+    for (const MetricRow& row : rows) {
+        if (row.failure != nullptr) {
+            table.rows.push_back(failed_row(row.names, *row.failure, table));
+            continue;
+        }
+        table.rows.push_back({.cells = row.names, .style = row.style, .command = row.command});
+        for (const MetricColumn& column : columns) {
+            table.rows.back().cells.push_back(row.no_figures ? "" : cell_of(column, row.results));
+        }
+    }
+    return table;
+}
+
+Table table_of(const Draft& draft, const MetricTable& content) {
+    const bool by_motion = content.rows == MetricTable::Rows::motion;
+    Table names{.caption = content.caption, .note = content.note, .folded = content.folded};
+    names.note += names.note.empty() ? "" : " ";
+    names.note += by_motion ? "Order: class, scene, method." : "Order: scene, method.";
+    if (by_motion) names.columns.push_back({"class", false});
+    names.columns.push_back({"scene", false});
+    const bool alone = content.mode == "replay" || content.mode == "repeated_motion";
+    names.columns.push_back({alone                           ? "detector"
+                             : content.mode == "closed_loop" ? "detector + response (contact generator)"
+                                                             : "detector + response",
+                             false});
+    const std::vector<Method> methods = draft.results.methods(content.mode);
+    std::vector<MetricRow> rows;
+    const auto add_scene = [&](const std::vector<std::string>& where, const std::string& scene) {
+        for (const Motion& motion : motions_of(draft, content, scene, methods, by_motion)) {
+            MetricRow row{.names = where, .results = {{motion.result}}};
+            row.names.insert(row.names.end(), {scene, who_text(motion)});
+            if (!motion.result->ok()) row.failure = &motion.result->failure();
+            rows.push_back(std::move(row));
+        }
+    };
+    if (by_motion) {
+        for (const auto& [name, scenes] : draft.scenes_by_class()) {
+            for (const std::string& scene : scenes) add_scene({name}, scene);
+        }
+    } else {
+        for (const std::string& scene : draft.results.scenes(content.mode)) add_scene({}, scene);
+    }
+    return table_of(std::move(names), content.columns, rows);
+}
+
+std::string misses_text(const ResultSet& results, Metric metric) {
+    const auto total = [&results](Metric of) {
+        const std::vector<double> values = results.values(Processes::every, of);
+        return std::accumulate(values.begin(), values.end(), 0.0);
+    };
+    const double ticks = total(Metric::timed_ticks);
+    return of_text(total(metric), ticks > 0.0 ? ticks : not_known);
 }
 
 MetricColumn misses_column(const std::string& header, Metric metric) {
-    return {.header = header, .metric = metric, .text = [metric](const SceneResult& result) {
-                double misses = 0.0;
-                double ticks = 0.0;
-                for (const RunFigures& run : result.runs) {
-                    misses += run[metric];
-                    ticks += run[Metric::timed_ticks];
-                }
-                return count_text(misses) + " of " + count_text(ticks);
+    return {.header = header, .metric = metric, .text = [metric](const ResultSet& results) {
+                return misses_text(results, metric);
             }};
 }
 
-MetricColumn work_ratio_column(const std::string& header, Metric usual) {
-    return {.header = header, .metric = Metric::work_max, .text = [usual](const SceneResult& result) {
-                const double work = result.first(Metric::work_max) / result.first(usual);
-                return std::isfinite(work) ? format_number(work) : std::string("n/a");
-            }};
+MetricColumn time_column(const std::string& header, Metric metric, Processes processes, const char* unknown) {
+    return {.header = header, .metric = metric, .processes = processes, .scale = us, .unknown = unknown};
+}
+
+MetricColumn count_column(const std::string& header, Metric metric, Processes processes, Over over) {
+    return {.header = header, .metric = metric, .processes = processes, .over = over, .count = true};
+}
+
+MetricColumn value_column(const std::string& header, Metric metric, double scale, Over over) {
+    return {.header = header, .metric = metric, .over = over, .scale = scale};
+}
+
+MetricColumn two_column(const std::string& header, Metric metric, Metric second, const char* unknown) {
+    return {.header = header, .metric = metric, .second = second, .unknown = unknown};
+}
+
+MetricColumn text_column(const std::string& header, Metric metric, std::string (*text)(const RunFigures&)) {
+    return {
+        .header = header, .metric = metric, .text = [text](const ResultSet& results) { return text(results.first()); }};
+}
+
+MetricColumn text_column(const std::string& header, std::function<std::string(const ResultSet&)> text, bool words) {
+    return {.header = header, .text = std::move(text), .words = words};
 }
 
 void note_undecided(const Draft& draft, Table& table) {
@@ -116,37 +166,6 @@ void note_undecided(const Draft& draft, Table& table) {
         return run.record->spec.mode == "closed_loop" && run.ok() && run[Metric::side_undecided_max] > 0.0;
     });
     if (any) table.note += " " + std::string(undecided_note);
-}
-
-Table table_of(const Draft& draft, const MetricTable& content) {
-    const bool by_motion = content.rows == MetricTable::Rows::motion;
-    Table table{.caption = content.caption, .columns = {}, .rows = {}, .note = content.note, .folded = content.folded};
-    if (by_motion) table.columns.push_back({"class", false});
-    table.columns.push_back({"scene", false});
-    table.columns.push_back({content.mode == "replay" || content.mode == "repeated_motion" ? "detector"
-                             : content.mode == "closed_loop" ? "detector + response (contact generator)"
-                                                             : "detector + response",
-                             false});
-    for (const MetricColumn& column : content.columns) table.columns.push_back({column.header, true, column.metric});
-
-    const std::vector<Method> methods = draft.results.methods(content.mode);
-    if (!by_motion) {
-        for (const std::string& scene : draft.results.scenes(content.mode)) {
-            for (const Method& method : methods) {
-                const SceneResult* result = draft.results.find(method, scene);
-                if (has_row(content, result)) add_row(content, {scene, code(method.label())}, *result, table);
-            }
-        }
-        return table;
-    }
-    for (const auto& [name, scenes] : draft.scenes_by_class()) {
-        for (const std::string& scene : scenes) {
-            for (const Motion& motion : motions_of(draft, content, scene, methods)) {
-                add_row(content, {name, scene, who_text(motion)}, *motion.result, table);
-            }
-        }
-    }
-    return table;
 }
 
 }  // namespace trocar

@@ -1,10 +1,10 @@
-#include "report/metric_table.hpp"
-#include "report/sections.hpp"
-
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
+
+#include "report/metric_table.hpp"
 
 namespace trocar {
 namespace {
@@ -13,9 +13,8 @@ namespace {
 enum class Settled { ends_before, cleared, torn, not_cleared };
 
 Settled settled(const RunFigures& run) {
-    constexpr double cleared = 1.0e-4;  // m
     if (std::isnan(run[Metric::residual_penetration_settled_m])) return Settled::ends_before;
-    if (run[Metric::residual_penetration_settled_m] <= cleared) return Settled::cleared;
+    if (run[Metric::residual_penetration_settled_m] <= clear_depth) return Settled::cleared;
     return run[Metric::ruptures] > 0.0 ? Settled::torn : Settled::not_cleared;
 }
 
@@ -36,74 +35,63 @@ std::string settled_text(const RunFigures& run) {
 }
 
 std::string hard_reference_text(const RunFigures& run) {
-    return std::isnan(run[Metric::reference_clears_hard]) ? "no reference"
-                                                          : yes_no(run[Metric::reference_clears_hard] > 0.0);
+    return yes_no(run[Metric::reference_clears_hard], "no reference");
 }
 
-std::string uncleared_text(const RunFigures& run) {
-    return std::isnan(run[Metric::uncleared]) ? "n/a" : yes_no(run[Metric::uncleared] > 0.0);
-}
+std::string uncleared_text(const RunFigures& run) { return yes_no(run[Metric::uncleared], unknown_text); }
 
 std::string wrong_side_text(const RunFigures& run) {
     return count_text(run[Metric::wrong_side_vertices_max]) + " / " +
            count_text(run[Metric::wrong_side_vertices_last]) + undecided_text(run[Metric::side_undecided_max]);
 }
 
-/// One response on one scene, over the detectors of the study.
-struct WorstOfDetectors {
-    const RunFigures* settled = nullptr;
-    double residual_penetration_max_m = not_known;  ///< m, of the whole run
-};
-
-/// By response (and contact generator), then scene; runs that end too early are left out.
-std::map<std::string, std::map<std::string, WorstOfDetectors>> worst_of_detectors(const Draft& draft) {
-    std::map<std::string, std::map<std::string, WorstOfDetectors>> all;
-    const auto rank = [](const RunFigures& run) {
+/// One response on one scene, over the detectors of the study. Precondition: at least one result.
+const RunFigures& worst_of(const ResultSet& results) {
+    const auto rank = [](const SceneResult* result) {
+        const RunFigures& run = result->runs.front();
         return std::pair(settled(run), run[Metric::residual_penetration_settled_m]);
     };
-    for (const Method& method : draft.results.methods("closed_loop")) {
-        // What a blind or half blind detector costs stands under "lost by the detector".
-        if (draft.results.fact(method, "detector.control") == "yes") continue;
-        for (const std::string& scene : draft.results.scenes("closed_loop")) {
-            const SceneResult* result = draft.results.find(method, scene);
-            if (result == nullptr || !result->ok()) continue;
-            const RunFigures& run = result->runs.front();
-            if (settled(run) == Settled::ends_before) continue;
-            WorstOfDetectors& worst =
-                all[method.response + " (" + method.contacts + ")" + by_stepper(method.stepper)][scene];
-            worst.residual_penetration_max_m =
-                std::fmax(worst.residual_penetration_max_m, run[Metric::residual_penetration_max_m]);
-            // The figures live in the results, as long as the draft.
-            if (worst.settled == nullptr || rank(*worst.settled) < rank(run)) worst.settled = &run;
-        }
-    }
-    return all;
+    return (*std::max_element(results.results.begin(), results.results.end(),
+                              [&rank](const SceneResult* a, const SceneResult* b) { return rank(a) < rank(b); }))
+        ->runs.front();
+}
+
+std::string settled_cell(const ResultSet& results) {
+    if (results.results.empty()) return "not run";
+    const RunFigures& worst = worst_of(results);
+    const bool cleared = settled(worst) == Settled::cleared;
+    return fmt::format("{} ({} mm {})", settled_text(worst),
+                       scaled(cleared ? results.largest(Metric::residual_penetration_max_m)
+                                      : worst[Metric::residual_penetration_settled_m],
+                              mm),
+                       cleared ? "at worst before" : "residual");
 }
 
 /// Response by scene at a glance.
 Table settled_matrix(const Draft& draft) {
+    std::map<Method, std::map<std::string, ResultSet>> by_response;
+    for (Method method : draft.results.methods("closed_loop")) {
+        // What a blind or half blind detector costs stands under "lost by the detector".
+        if (draft.results.fact(method, "detector.control") == "yes") continue;
+        const ResultSet results = possible(draft.results, method).ok();
+        method.detector.clear();
+        for (const SceneResult* result : results.results) {
+            if (settled(result->runs.front()) != Settled::ends_before)
+                by_response[method][result->scene()].results.push_back(result);
+        }
+    }
     Table table;
     table.caption = "Which scenes are clear 200 ms after the last key of the motion";
+    if (by_response.empty()) return table;
     table.columns = {{"response", false}};
-    const auto worst = worst_of_detectors(draft);
-    if (!worst.empty()) table.rows.push_back({.cells = {"hard contact, within the strain limit"}});
-    for (const auto& [response, scenes] : worst) table.rows.push_back({.cells = {code(response)}});
+    table.rows.push_back({.cells = {"hard contact, within the strain limit"}});
+    for (const auto& [response, scenes] : by_response) table.rows.push_back({.cells = {response_name(response)}});
     for (const std::string& scene : draft.results.scenes("closed_loop")) {
         std::vector<std::string> cells{""};
-        for (const auto& [response, scenes] : worst) {
-            const auto found = scenes.find(scene);
-            if (found == scenes.end()) {
-                cells.emplace_back("not run");
-                continue;
-            }
-            const RunFigures& run = *found->second.settled;
-            cells[0] = hard_reference_text(run);
-            const bool cleared = settled(run) == Settled::cleared;
-            cells.push_back(fmt::format(
-                "{} ({} mm {})", settled_text(run),
-                scaled(cleared ? found->second.residual_penetration_max_m : run[Metric::residual_penetration_settled_m],
-                       mm),
-                cleared ? "at worst before" : "residual"));
+        for (auto& [response, scenes] : by_response) {
+            const ResultSet& results = scenes[scene];
+            if (!results.results.empty()) cells[0] = hard_reference_text(worst_of(results));
+            cells.push_back(settled_cell(results));
         }
         if (cells[0].empty()) continue;
         table.columns.push_back({scene, false});
@@ -119,18 +107,15 @@ Table settled_matrix(const Draft& draft) {
 
 /// Depth 200 ms after the tool has come to rest, and why it is what it is.
 MetricTable settled_table() {
-    return {
-        .caption = "200 ms after the last key of the motion, motion by motion",
-        .mode = "closed_loop",
-        .rows = MetricTable::Rows::motion,
-        .columns =
-            {{.header = "residual penetration (mm)", .metric = Metric::residual_penetration_settled_m, .scale = mm},
-             {.header = "hard contact clears it within the strain limit",
-              .metric = Metric::reference_clears_hard,
-              .text = of_first(hard_reference_text)},
-             {.header = "ruptures", .metric = Metric::ruptures, .count = true},
-             {.header = "verdict", .metric = Metric::residual_penetration_settled_m, .text = of_first(settled_text)}},
-        .keep = [](const SceneResult& result) { return settled(result.runs.front()) != Settled::ends_before; }};
+    return {.caption = "200 ms after the last key of the motion, motion by motion",
+            .mode = "closed_loop",
+            .rows = MetricTable::Rows::motion,
+            .columns = {value_column("residual penetration (mm)", Metric::residual_penetration_settled_m, mm),
+                        text_column("hard contact clears it within the strain limit", Metric::reference_clears_hard,
+                                    hard_reference_text),
+                        count_column("ruptures", Metric::ruptures),
+                        text_column("verdict", Metric::residual_penetration_settled_m, settled_text)},
+            .keep = [](const RunFigures& run) { return settled(run) != Settled::ends_before; }};
 }
 
 MetricTable clearing_table() {
@@ -138,20 +123,15 @@ MetricTable clearing_table() {
         .caption = "Clearing",
         .mode = "closed_loop",
         .rows = MetricTable::Rows::motion,
-        .columns = {{.header = "ticks to clear, median / max",
-                     .metric = Metric::ticks_to_clear_median,
-                     .second = Metric::ticks_to_clear_max},
-                    {.header = "residual at the end", .metric = Metric::uncleared, .text = of_first(uncleared_text)},
-                    {.header = "re-penetrations", .metric = Metric::re_penetrations, .count = true},
-                    {.header = "overshoot, max (mm)", .metric = Metric::overshoot_max_m, .scale = mm},
-                    {.header = "wrong-side vertices, max / last",
-                     .metric = Metric::wrong_side_vertices_max,
-                     .text = of_first(wrong_side_text)},
-                    {.header = "overlap volume, max (mm³)",
-                     .metric = Metric::overlap_volume_max_m3,
-                     .scale = mm * mm * mm},
-                    {.header = "minimum translation, max (mm)", .metric = Metric::min_translation_max_m, .scale = mm},
-                    {.header = "strain over the limit, max", .metric = Metric::strain_over_max}},
+        .columns = {two_column("ticks to clear, median / max", Metric::ticks_to_clear_median,
+                               Metric::ticks_to_clear_max),
+                    text_column("residual at the end", Metric::uncleared, uncleared_text),
+                    count_column("re-penetrations", Metric::re_penetrations),
+                    value_column("overshoot, max (mm)", Metric::overshoot_max_m, mm),
+                    text_column("wrong-side vertices, max / last", Metric::wrong_side_vertices_max, wrong_side_text),
+                    value_column("overlap volume, max (mm³)", Metric::overlap_volume_max_m3, mm * mm * mm),
+                    value_column("minimum translation, max (mm)", Metric::min_translation_max_m, mm),
+                    value_column("strain over the limit, max", Metric::strain_over_max)},
         .note =
             "Ticks to clear: from the first tick of a spell to the first clear one; n/a: no spell ended. "
             "Overshoot: gap within 20 ticks after a depth, less what scripts moved. Overlap volume and minimum "
@@ -162,16 +142,13 @@ MetricTable signal_table() {
     return {.caption = "Force quality and audit",
             .mode = "closed_loop",
             .rows = MetricTable::Rows::motion,
-            .columns = {{.header = "force error, worst, equal k / hard (N)",
-                         .metric = Metric::force_error_worst_equal_k,
-                         .second = Metric::force_error_worst_hard,
-                         .unknown = "no reference"},
-                        {.header = "force above 30 Hz, RMS (N) / share",
-                         .metric = Metric::force_above_30hz_rms_n,
-                         .second = Metric::force_above_30hz_share},
-                        {.header = "direction flips (ticks)", .metric = Metric::force_flips, .count = true},
-                        {.header = "momentum error (share)", .metric = Metric::momentum_residual_share},
-                        {.header = "energy error (share)", .metric = Metric::energy_residual_share}},
+            .columns = {two_column("force error, worst, equal k / hard (N)", Metric::force_error_worst_equal_k,
+                                   Metric::force_error_worst_hard, "no reference"),
+                        two_column("force above 30 Hz, RMS (N) / share", Metric::force_above_30hz_rms_n,
+                                   Metric::force_above_30hz_share),
+                        count_column("direction flips (ticks)", Metric::force_flips),
+                        value_column("momentum error (share)", Metric::momentum_residual_share),
+                        value_column("energy error (share)", Metric::energy_residual_share)},
             .note =
                 "Before any filter. Momentum error: largest momentum at any time that the audit of tissue and "
                 "operators does not account for, over the summed impulses. Energy error: the same of energy, over "

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace trocar {
 namespace {
@@ -27,6 +28,70 @@ std::vector<double> divided(const std::vector<double>& a, const std::vector<doub
 }
 
 }  // namespace
+
+double value_over(Over over, const std::vector<double>& values) {
+    switch (over) {
+        case Over::sum:
+            return known_sum(values);
+        case Over::largest:
+            return known_largest(values);
+        case Over::median:
+            return median(values);
+        case Over::mean:
+            break;
+    }
+    const auto known = std::count_if(values.begin(), values.end(), [](double value) { return !std::isnan(value); });
+    return known_sum(values) / static_cast<double>(known);
+}
+
+std::vector<double> ResultSet::values(Processes processes, Metric metric) const {
+    std::vector<double> list;
+    for (const SceneResult* result : results) {
+        switch (processes) {
+            case Processes::first:
+                list.push_back(result->first(metric));
+                break;
+            case Processes::median:
+            case Processes::interval:
+                list.push_back(result->of(metric).value);
+                break;
+            case Processes::every:
+                for (const RunFigures& run : result->runs) list.push_back(run[metric]);
+                break;
+        }
+    }
+    return list;
+}
+
+int ResultSet::runs() const {
+    int count = 0;
+    for (const SceneResult* result : results) count += static_cast<int>(result->runs.size());
+    return count;
+}
+
+int ResultSet::failed_runs() const {
+    std::ptrdiff_t count = 0;
+    for (const SceneResult* result : results) {
+        count +=
+            std::count_if(result->runs.begin(), result->runs.end(), [](const RunFigures& run) { return !run.ok(); });
+    }
+    return static_cast<int>(count);
+}
+
+ResultSet ResultSet::ok() const {
+    ResultSet list;
+    std::copy_if(results.begin(), results.end(), std::back_inserter(list.results),
+                 [](const SceneResult* result) { return result->ok(); });
+    return list;
+}
+
+ResultSet possible(const Results& results, const Method& method) {
+    ResultSet set;
+    for (const auto& [scene, result] : results.of(method)) {
+        if (!result.not_applicable()) set.results.push_back(&result);
+    }
+    return set;
+}
 
 ProcessSample sample_of(const SceneResult& result, Metric metric) {
     ProcessSample sample{.by_process = {}, .resamples = result.resamples_of(metric)};

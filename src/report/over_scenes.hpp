@@ -1,12 +1,48 @@
-// One figure of a method over several scenes: the geometric mean per process and per resample. Intervals of means and
-// of ratios therefore use the same draws.
+// A metric over several scenes. Times of methods that are compared are geometric means per process and per resample.
+// Intervals of means and of ratios therefore use the same draws.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "report/figures.hpp"
 
 namespace trocar {
+
+/// How the processes of one run become one value, or stay apart.
+enum class Processes : std::uint8_t {
+    first,  ///< for metrics that no clock is in
+    median,
+    interval,  ///< the median, with its bounds where a cell is about one scene (Estimate)
+    every      ///< a value per process
+};
+
+/// How the values become one. Values that are not known are left out; NaN without any.
+enum class Over : std::uint8_t { sum, largest, median, mean };
+double value_over(Over over, const std::vector<double>& values);
+
+/// Results that one row of a table is about, of one or more scenes.
+struct ResultSet {
+    std::vector<const SceneResult*> results = {};
+    [[nodiscard]] std::vector<double> values(Processes processes, Metric metric) const;
+    /// Values of the first processes become one.
+    [[nodiscard]] double sum(Metric metric) const { return over(Over::sum, metric); }
+    [[nodiscard]] double largest(Metric metric) const { return over(Over::largest, metric); }
+    [[nodiscard]] double median(Metric metric) const { return over(Over::median, metric); }
+    [[nodiscard]] double over(Over how, Metric metric) const {
+        return value_over(how, values(Processes::first, metric));
+    }
+    [[nodiscard]] std::size_t count() const { return results.size(); }  ///< results
+    [[nodiscard]] int runs() const;                                     ///< over all processes
+    [[nodiscard]] int failed_runs() const;
+    /// The results whose processes all ended well.
+    [[nodiscard]] ResultSet ok() const;
+    /// First process of the first result, for a row about one scene.
+    [[nodiscard]] const RunFigures& first() const { return results.front()->runs.front(); }
+};
+
+/// Results of the method that are not without an answer (SceneResult::not_applicable), by scene.
+ResultSet possible(const Results& results, const Method& method);
 
 /// Figure of one scene per process, with resamples for a replay with enough processes.
 struct ProcessSample {

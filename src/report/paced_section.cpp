@@ -1,5 +1,7 @@
 // The haptic table of loops that a clock releases every millisecond, beside an empty loop at the same time: what a
 // deadline means on this machine.
+#include <set>
+
 #include "report/metric_table.hpp"
 #include "report/sections.hpp"
 
@@ -8,51 +10,43 @@ namespace {
 
 /// A tick against what the reference takes to update and detect on the same scene with the same response and stepper.
 std::string ratio_text(const Draft& draft, const SceneResult& result) {
-    const RunSpec& spec = result.runs.front().record->spec;
-    const SceneResult* reference =
-        draft.results.find({spec.mode, draft.reference, spec.response, spec.contacts, spec.stepper}, spec.scene);
-    if (reference == nullptr || !reference->ok()) return "n/a";
+    Method yardstick = method_of(result.record().spec);
+    yardstick.detector = draft.reference;
+    const SceneResult* reference = draft.results.find(yardstick, result.scene());
+    if (reference == nullptr || !reference->ok()) return unknown_text;
     return scaled(result.of(Metric::total_median_ns).value /
                   (reference->of(Metric::update_median_ns).value + reference->of(Metric::detect_median_ns).value));
 }
 
 MetricTable paced_table(const Draft& draft, bool on_page_one) {
-    constexpr auto interval = Processes::interval;
-    constexpr auto highest = Processes::highest;
+    constexpr auto every = Processes::every;
     MetricTable table{.caption = "Paced loop: one tick released per millisecond, timed from its scheduled release",
                       .mode = "paced",
-                      .columns = {},
+                      .columns = {count_column("n per process (ticks)", Metric::timed_ticks),
+                                  count_column("sub-steps per tick", Metric::substeps),
+                                  time_column("p50 (µs)", Metric::paced_median_ns),
+                                  time_column("p99 (µs)", Metric::paced_p99_ns, Processes::interval, too_few),
+                                  time_column("p99.9 (µs)", Metric::paced_p999_ns, Processes::interval, too_few),
+                                  time_column("max (µs)", Metric::paced_max_ns, every),
+                                  misses_column("deadline misses", Metric::paced_misses),
+                                  count_column("longest burst (ticks)", Metric::paced_burst, every),
+                                  {.header = "empty loop: p50 / max (µs)",
+                                   .metric = Metric::empty_median_ns,
+                                   .second = Metric::empty_max_ns,
+                                   .processes = every,
+                                   .scale = us},
+                                  misses_column("empty loop: misses", Metric::empty_misses)},
                       .folded = false};
-    const auto add = [&table](const MetricColumn& column) { table.columns.push_back(column); };
-    const auto add_behind = [&](const MetricColumn& column) {
-        if (!on_page_one) add(column);
-    };
-    add_behind({.header = "n per process (ticks)", .metric = Metric::timed_ticks, .count = true});
-    add_behind({.header = "sub-steps per tick", .metric = Metric::substeps, .count = true});
-    add({.header = "p50 (µs)", .metric = Metric::paced_median_ns, .processes = interval, .scale = us});
-    add({.header = "p99 (µs)",
-         .metric = Metric::paced_p99_ns,
-         .processes = interval,
-         .scale = us,
-         .unknown = "n too small"});
-    add_behind({.header = "p99.9 (µs)",
-                .metric = Metric::paced_p999_ns,
-                .processes = interval,
-                .scale = us,
-                .unknown = "n too small"});
-    add_behind({.header = "max (µs)", .metric = Metric::paced_max_ns, .processes = highest, .scale = us});
-    add(misses_column("deadline misses", Metric::paced_misses));
-    add_behind({.header = "longest burst (ticks)", .metric = Metric::paced_burst, .processes = highest, .count = true});
-    add_behind({.header = "empty loop: p50 / max (µs)",
-                .metric = Metric::empty_median_ns,
-                .second = Metric::empty_max_ns,
-                .processes = highest,
-                .scale = us});
-    add(misses_column("empty loop: misses", Metric::empty_misses));
+    if (on_page_one) {
+        const std::set<Metric> shown{Metric::paced_median_ns, Metric::paced_p99_ns, Metric::paced_misses,
+                                     Metric::empty_misses};
+        std::erase_if(table.columns, [&shown](const MetricColumn& column) { return !shown.contains(*column.metric); });
+    }
     if (!draft.reference.empty()) {
-        add({.header = "tick / update and detect of " + code(draft.reference) + ", p50",
+        table.columns.push_back(
+            {.header = "tick / update and detect of " + code(draft.reference) + ", p50",
              .metric = Metric::total_median_ns,
-             .text = [&draft](const SceneResult& result) { return ratio_text(draft, result); }});
+             .text = [&draft](const ResultSet& results) { return ratio_text(draft, *results.results.front()); }});
     }
     table.note =
         "A tick that ends after the next one's release is a miss, and the next one starts late: its time counts from "
@@ -65,10 +59,8 @@ MetricTable paced_table(const Draft& draft, bool on_page_one) {
 }
 
 MetricTable stage_table() {
-    MetricTable table{.caption = "Stages of a tick of the paced loop (first process)",
-                      .mode = "paced",
-                      .columns = {},
-                      .folded = false};
+    MetricTable table{
+        .caption = "Stages of a tick of the paced loop (first process)", .mode = "paced", .folded = false};
     for (std::size_t stage = 0; stage < stage_count; ++stage) {
         table.columns.push_back({.header = std::string(stage_names.at(stage)) + ", p50 / p99 (µs)",
                                  .metric = stage_median(stage),

@@ -13,23 +13,11 @@ inline constexpr std::size_t page_one_columns = 9;
 
 /// One response, with its settings, over all closed-loop scenes. Methods with bit-identical motion on every scene share
 /// a row. The row shows the first one's name and times, and lists the others.
-struct ResponseRow {
-    std::vector<Method> who;                      ///< the first is shown
-    std::string setting;                          ///< "default", "recommended" or "tuned", as in the study
-    bool ours = false;                            ///< its response is the study's `ours`
-    bool control = false;                         ///< its response is a control
-    double depth_median = not_known;              ///< m, median over scenes of the median over ticks
-    double residual_penetration_max = not_known;  ///< m, maximum over scenes and judged ticks
-    std::string worst_on;                         ///< scene of residual_penetration_max
-    double tears = not_known;                     ///< ruptures, sum over scenes
-    double force_without_touch_m = not_known;     ///< m, maximum over scenes
-    double force_error = not_known;               ///< N, against hard contact, RMS below 30 Hz, median over scenes
-    double force_jump = not_known;                ///< N, tick to tick, maximum over scenes
-    double total_p99_ns = not_known;              ///< ns, maximum over scenes
-    int runs = 0;
-    int failed = 0;
-    int not_run = 0;  ///< scenes of the study where it was not planned or could not run
-    [[nodiscard]] std::string method() const { return method_name(who.front().response); }
+struct ResponseRow : VerdictRow {
+    std::vector<Method> who;  ///< the first is shown
+    std::string setting;      ///< "default", "recommended" or "tuned", as in the study
+    int not_run = 0;          ///< scenes of the study where it was not planned or could not run
+    [[nodiscard]] std::string response() const { return method_name(method.response); }
 };
 
 /// Rows over the closed-loop scenes with, or without, tissue; a study without tissue scenes uses all. Sorted by
@@ -60,9 +48,6 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
 
 /// p99 tick against maximum depth, one line per method over its settings; failed rows are on a separate rail.
 ScatterChart depth_against_time(const std::vector<ResponseRow>& rows);
-
-/// "`penalty:k=1000` (tracked_proximity) by `implicit`".
-std::string response_name(const Method& who);
 
 /// The row in one word for a table: "`penalty:k=1000` (tracked_proximity)"; with its detector where `detector` is
 /// another one.

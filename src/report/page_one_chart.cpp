@@ -10,24 +10,22 @@
 namespace trocar {
 
 ScatterChart depth_against_time(const std::vector<ResponseRow>& rows) {
-    constexpr double ms = 1.0e-6;  // ns to ms
     double shortest = not_known;
     for (const ResponseRow& row : rows) {
-        if (!std::isnan(row.total_p99_ns) && !(row.total_p99_ns >= shortest)) shortest = row.total_p99_ns;
+        if (!std::isnan(row.slowest_p99) && !(row.slowest_p99 >= shortest)) shortest = row.slowest_p99;
     }
     ScatterChart chart;
     std::map<std::string, std::size_t> series;
     for (const ResponseRow& row : rows) {
-        const bool failed = row.failed > 0;
-        if (row.not_run > 0 || (!failed && (std::isnan(row.residual_penetration_max) || std::isnan(row.total_p99_ns))))
-            continue;
+        const bool failed = row.failed_runs > 0;
+        if (row.not_run > 0 || (!failed && (std::isnan(row.residual_max()) || std::isnan(row.slowest_p99)))) continue;
         // A row without a time (it failed everywhere, or too early) stands at the beginning of the rail.
-        const double time = std::isnan(row.total_p99_ns) ? shortest : row.total_p99_ns;
+        const double time = std::isnan(row.slowest_p99) ? shortest : row.slowest_p99;
         if (std::isnan(time)) continue;
-        const auto [place, is_new] = series.emplace(row.method(), chart.series.size());
+        const auto [place, is_new] = series.emplace(row.response(), chart.series.size());
         if (is_new) {
             const int number = static_cast<int>(chart.series.size());
-            chart.series.push_back({.name = row.method(), .style = mark_style(number), .points = {}});
+            chart.series.push_back({.name = row.response(), .style = mark_style(number)});
         }
         const Method& who = row.who.front();
         const std::size_t colon = who.response.find(':');
@@ -36,10 +34,10 @@ ScatterChart depth_against_time(const std::vector<ResponseRow>& rows) {
         if (!who.stepper.empty()) label += ", " + who.stepper;
         chart.series[place->second].points.push_back(
             {.x = time * ms,
-             .y = row.residual_penetration_max * mm,
-             .name = failed ? fmt::format("{}: failed in {} of {} runs", label, row.failed, row.runs)
+             .y = row.residual_max() * mm,
+             .name = failed ? fmt::format("{}: failed in {} of {} runs", label, row.failed_runs, row.planned.runs())
                             : fmt::format("{}: {} ms, {} mm", label, format_number(time * ms),
-                                          format_number(row.residual_penetration_max * mm)),
+                                          format_number(row.residual_max() * mm)),
              .label = label,
              .failed = failed});
     }

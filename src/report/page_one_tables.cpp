@@ -3,15 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
+#include <map>
 
+#include "report/metric_table.hpp"
 #include "report/page_one.hpp"
 #include "report/verdict_order.hpp"
 
 namespace trocar {
 namespace {
-
-constexpr double ms = 1.0e-6;  // ns to ms
 
 std::string count_failed(int failed, int runs, int not_run) {
     std::string text = fmt::format("{} of {}", failed, runs);
@@ -20,18 +19,10 @@ std::string count_failed(int failed, int runs, int not_run) {
 }
 
 /// What is next to nothing is reported as such, without an exponent.
-std::string small_text(double value) {
+std::string jump_text(const ResultSet& results) {
     constexpr double next_to_nothing = 1.0e-4;
-    return value > 0.0 && value < next_to_nothing ? std::string("< 0.0001") : scaled(value);
-}
-
-std::string in_code(const std::vector<Method>& list, std::string Method::*part) {
-    std::vector<std::string> names;
-    for (const Method& one : list) {
-        std::string name = code(one.*part);
-        if (std::find(names.begin(), names.end(), name) == names.end()) names.push_back(std::move(name));
-    }
-    return joined(names);
+    const double jump = results.largest(Metric::force_jump_max_n);
+    return jump > 0.0 && jump < next_to_nothing ? std::string("< 0.0001") : scaled(jump);
 }
 
 /// The detector of most rows; the caption names it once.
@@ -43,20 +34,16 @@ std::string common_detector(const std::vector<ResponseRow>& rows) {
     return most == count.end() ? std::string() : most->first;
 }
 
-std::vector<std::string> closed_loop_scenes(const Draft& draft) {
-    std::vector<std::string> scenes = draft.results.scenes("closed_loop");
-    std::erase(scenes, "");
-    return scenes;
+std::string scenes_text(std::size_t count, const char* kind = "") {
+    return fmt::format("{}{} scene{}", count, kind, count == 1 ? "" : "s");
 }
 
 /// "7 tissue scenes", or of a study without one "2 rigid scenes": those that response_rows() are over.
 std::string judged_text(const Draft& draft, bool tissue) {
-    const std::vector<std::string> scenes = judged_scenes(draft.results, closed_loop_scenes(draft), tissue);
+    const std::vector<std::string> scenes = judged_scenes(draft.results, draft.results.scenes("closed_loop"), tissue);
     const bool soft = !scenes.empty() && meets_tissue(draft.results.class_of(scenes.front()));
-    return fmt::format("{} {} scene{}", scenes.size(), soft ? "tissue" : "rigid", scenes.size() == 1 ? "" : "s");
+    return scenes_text(scenes.size(), soft ? " tissue" : " rigid");
 }
-
-std::string scenes_text(std::size_t count) { return fmt::format("{} scene{}", count, count == 1 ? "" : "s"); }
 
 std::int64_t widest_stride(const Draft& draft, const std::string& mode) {
     std::int64_t stride = 1;
@@ -73,18 +60,18 @@ std::string others_text(const std::vector<ResponseRow>& rows, const std::vector<
     for (std::size_t i = 0; i < rows.size(); ++i) {
         if (std::find(shown.begin(), shown.end(), i) != shown.end()) continue;
         const ResponseRow& row = rows[i];
-        others.push_back(name_of_row(row, detector) + " " + scaled(row.residual_penetration_max, mm) + " mm" +
-                         (row.failed > 0 ? fmt::format(", {} failed", row.failed) : ""));
+        others.push_back(name_of_row(row, detector) + " " + scaled(row.residual_max(), mm) + " mm" +
+                         (row.failed_runs > 0 ? fmt::format(", {} failed", row.failed_runs) : ""));
     }
     return others.empty() ? std::string() : fmt::format(" Not shown, at worst: {}.", fmt::join(others, "; "));
 }
 
 /// Replayed scenes that no response was run on, for whoever reads "every response on every scene".
 std::string replayed_only(const Draft& draft) {
-    const std::vector<std::string> closed = closed_loop_scenes(draft);
+    const std::vector<std::string> closed = draft.results.scenes("closed_loop");
     std::vector<std::string> names;
     for (const std::string& scene : draft.results.scenes("replay")) {
-        if (!scene.empty() && std::find(closed.begin(), closed.end(), scene) == closed.end()) names.push_back(scene);
+        if (std::find(closed.begin(), closed.end(), scene) == closed.end()) names.push_back(scene);
     }
     return names.empty() ? std::string() : fmt::format(" Not run with responses, detectors only: {}.", joined(names));
 }
@@ -108,27 +95,23 @@ std::string ratio_header(const Draft& draft) {
 
 }  // namespace
 
-std::string response_name(const Method& who) {
-    std::string text = code(who.response) + " (" + who.contacts + ")";
-    if (!who.stepper.empty()) text += " by " + code(who.stepper);
-    return text;
-}
-
 std::string name_of_row(const ResponseRow& row, const std::string& detector) {
-    std::vector<Method> first;  // those of the same response as the first, which differ by detector alone
+    std::vector<std::string> detectors;  // of those of the same response as the first
     std::vector<std::string> others;
+    const auto add_new = [](std::vector<std::string>& list, const std::string& name) {
+        if (std::find(list.begin(), list.end(), name) == list.end()) list.push_back(name);
+    };
+    const std::string first = response_name(row.who.front());
     for (const Method& who : row.who) {
-        if (response_name(who) == response_name(row.who.front())) {
-            first.push_back(who);
-        } else if (std::find(others.begin(), others.end(), response_name(who)) == others.end()) {
-            others.push_back(response_name(who));
+        if (response_name(who) == first) {
+            add_new(detectors, who.detector);
+        } else {
+            add_new(others, response_name(who));
         }
     }
-    std::string text = response_name(row.who.front());
+    std::string text = first;
     if (row.setting != "default" && !row.setting.empty()) text += ", " + row.setting;
-    if (first.size() > 1 || first.front().detector != detector) {
-        text += " with " + in_code(first, &Method::detector);
-    }
+    if (detectors.size() > 1 || detectors.front() != detector) text += " with " + joined_code(detectors);
     if (!others.empty()) text += " = " + joined(others);
     return text;
 }
@@ -139,61 +122,59 @@ std::string response_sentence(const Draft& draft, const std::vector<ResponseRow>
     const std::string detector = common_detector(rows);
     const auto name = [&](const ResponseRow& row) {
         const bool alone = std::none_of(rows.begin(), rows.end(), [&row](const ResponseRow& some) {
-            return &some != &row && some.method() == row.method();
+            return &some != &row && some.response() == row.response();
         });
         return alone ? code(row.who.front().response) : name_of_row(row, detector);
     };
     std::string text = fmt::format("Over {} {} left {} mm at worst", judged_text(draft, true), name(*first),
-                                   scaled(first->residual_penetration_max, mm));
-    if (first->tears > 0.0)
-        text += fmt::format(" (on {}; {:.0f} tear{} in all)", first->worst_on, first->tears,
-                            first->tears == 1.0 ? "" : "s");
+                                   scaled(first->residual_max(), mm));
+    if (const double tears = first->ok.sum(Metric::ruptures); tears > 0.0) {
+        const auto& results = first->ok.results;
+        const auto worst = std::find_if(results.begin(), results.end(), [first](const SceneResult* result) {
+            return result->first(Metric::residual_penetration_max_m) == first->residual_max();
+        });
+        text += fmt::format(" (on {}; {:.0f} tear{} in all)", (*worst)->scene(), tears, tears == 1.0 ? "" : "s");
+    }
     if (other != nullptr) {
         text += fmt::format(", {}, {}, {} mm", named ? "the best other response" : "the next", name(*other),
-                            scaled(other->residual_penetration_max, mm));
-        const double ratio = other->total_p99_ns / first->total_p99_ns;
+                            scaled(other->residual_max(), mm));
+        const double ratio = other->slowest_p99 / first->slowest_p99;
         if (!std::isnan(ratio)) text += fmt::format(" at {} times the time", format_number(ratio));
     }
     int failed = 0;
     int runs = 0;
     for (const ResponseRow& row : rows) {
-        failed += row.failed;
-        runs += row.runs;
+        failed += row.failed_runs;
+        runs += row.planned.runs();
     }
     return text + fmt::format("; {} of {} runs failed.", failed, runs);
 }
 
 std::string detector_sentence(const Verdict& verdict, const Draft& draft) {
-    const VerdictRow* first = nullptr;
-    const VerdictRow* other = nullptr;
+    std::vector<const VerdictRow*> ranked;
     int failed = 0;
     int runs = 0;
     for (const VerdictRow& row : verdict.rows) {
         if (row.control) continue;
         failed += row.failed_runs;
-        runs += row.runs;
-        if (row.failed_runs > 0 || std::isnan(row.p50.value) || std::isnan(row.wrong())) continue;
-        if (first == nullptr) {
-            first = &row;
-        } else if (other == nullptr) {
-            other = &row;
-        }
+        runs += row.planned.runs();
+        if (row.failed_runs == 0 && !std::isnan(row.p50.value) && !std::isnan(row.wrong())) ranked.push_back(&row);
     }
-    if (first == nullptr) return {};
+    if (ranked.empty()) return {};
     const auto report = [](const VerdictRow& row) {
-        std::string reported =
-            fmt::format("{} missed {:.0f} and added {:.0f} of {:.0f} pairs", code(row.method.detector),
-                        row.false_negatives, row.false_positives, row.true_pairs);
-        if (!std::isnan(row.contact_events)) {
-            reported += fmt::format(" and missed {:.0f} of {:.0f} contacts between frames", row.contact_events_missed,
-                                    row.contact_events);
-        }
+        const ResultSet& on = row.planned;
+        std::string reported = fmt::format("{} missed {} and added {} pairs", code(row.method.detector),
+                                           count_text(on.sum(Metric::false_negatives)),
+                                           of_text(on.sum(Metric::false_positives), on.sum(Metric::true_pairs)));
+        if (const std::string between = between_text(on); between != unknown_text)
+            reported += fmt::format(" and missed {} contacts between frames", between);
         return reported;
     };
-    std::string text = fmt::format("Over {} {}", scenes_text(draft.results.scenes("replay").size()), report(*first));
-    if (other != nullptr) {
-        text += fmt::format(", the next, {}, at {} times the time", report(*other),
-                            format_number(other->p50.value / first->p50.value));
+    std::string text =
+        fmt::format("Over {} {}", scenes_text(draft.results.scenes("replay").size()), report(*ranked.front()));
+    if (ranked.size() > 1) {
+        text += fmt::format(", the next, {}, at {} times the time", report(*ranked[1]),
+                            format_number(ranked[1]->p50.value / ranked[0]->p50.value));
     }
     return text + fmt::format("; {} of {} runs failed.", failed, runs);
 }
@@ -207,18 +188,9 @@ Table detectors_table(const Draft& draft) {
     for (const VerdictRow& row : verdict.rows) rows.push_back(&row);
     for (const VerdictRow& row : verdict.partial) rows.push_back(&row);
     std::erase_if(rows, [](const VerdictRow* row) { return row->control; });
-    const bool between =
-        std::any_of(rows.begin(), rows.end(), [](const VerdictRow* row) { return !std::isnan(row->contact_events); });
-    const bool ratio = !draft.reference.empty();
+    const bool between = std::any_of(rows.begin(), rows.end(),
+                                     [](const VerdictRow* row) { return between_text(row->planned) != unknown_text; });
     table.caption = fmt::format("Detectors on the same frames, {}", scenes_text(verdict.scenes.size()));
-    table.columns = {{.header = "detector", .wide = true},
-                     {"false negatives of N", true, Metric::false_negatives},
-                     {"false positives", true, Metric::false_positives}};
-    if (between) table.columns.push_back({"missed between frames, of N", true, Metric::contact_events_missed});
-    table.columns.insert(table.columns.end(),
-                         {{"µs p50", true, Metric::total_median_ns}, {"µs p99", true, Metric::total_p99_ns}});
-    if (ratio) table.columns.push_back({ratio_header(draft), true, Metric::total_median_ns});
-    table.columns.push_back({"failed", true, {}, failed_help});
     std::vector<std::string> left_out;
     for (const VerdictRow* row : rows) {
         const std::string name = code(row->method.detector);
@@ -226,33 +198,31 @@ Table detectors_table(const Draft& draft) {
             left_out.push_back(name);
             continue;
         }
-        const bool everywhere = row->scenes == static_cast<int>(verdict.scenes.size());
-        const bool timed = everywhere && row->failed_runs == 0;
-        const auto time = [timed](const Estimate& estimate) {
-            return timed ? scaled(estimate.value, us) : std::string("n/a");
+        table.rows.push_back({});
+        const auto add = [&table](const std::string& header, Metric metric, std::string text) {
+            add_cell(table, {header, true, metric}, std::move(text));
         };
-        TableRow line;
-        line.cells = {
-            everywhere ? name : name + " (" + only_text(row->scene_names) + " only)",
-            std::isnan(row->true_pairs)
-                ? "n/a"
-                : fmt::format(
-                      "{:.0f} of {:.0f}{}", row->false_negatives, row->true_pairs,
-                      row->truncated_ticks > 0.0 ? fmt::format(", cut in {:.0f} ticks", row->truncated_ticks) : ""),
-            count_text(row->false_positives)};
-        if (between) {
-            line.cells.push_back(
-                std::isnan(row->contact_events)
-                    ? "n/a"
-                    : fmt::format("{:.0f} of {:.0f}", row->contact_events_missed, row->contact_events));
-        }
-        line.cells.push_back(time(row->p50));
-        line.cells.push_back(time(row->p99));
-        if (ratio) line.cells.push_back(row->failed_runs > 0 ? "n/a" : estimate_text(row->ratio, 1.0));
-        line.cells.push_back(
-            count_failed(row->failed_runs, row->runs, static_cast<int>(verdict.scenes.size()) - row->scenes));
-        if (row->failed_runs > 0) line.style = TableRow::Style::failed;
-        table.rows.push_back(std::move(line));
+        const ResultSet& planned = row->planned;
+        const bool everywhere = planned.count() == verdict.scenes.size();
+        const bool fails = row->failed_runs > 0;
+        const auto time = [&](const Estimate& estimate) {
+            return scaled(everywhere && !fails ? estimate.value : not_known, us);
+        };
+        add_cell(table, {.header = "detector", .wide = true},
+                 everywhere ? name : name + " (" + only_text(row->scene_names()) + " only)");
+        const double truth = planned.sum(Metric::true_pairs);
+        add("false negatives of N", Metric::false_negatives,
+            of_text(planned.sum(Metric::false_negatives), truth) + (std::isnan(truth) ? "" : cut_text(planned)));
+        add("false positives", Metric::false_positives, count_text(planned.sum(Metric::false_positives)));
+        if (between) add("missed between frames, of N", Metric::contact_events_missed, between_text(planned));
+        add("µs p50", Metric::total_median_ns, time(row->p50));
+        add("µs p99", Metric::total_p99_ns, time(row->p99));
+        if (!draft.reference.empty())
+            add(ratio_header(draft), Metric::total_median_ns, estimate_text(fails ? Estimate{} : row->ratio, 1.0));
+        add_cell(
+            table, {"failed", true, {}, failed_help},
+            count_failed(row->failed_runs, planned.runs(), static_cast<int>(verdict.scenes.size() - planned.count())));
+        if (fails) table.rows.back().style = TableRow::Style::failed;
     }
     table.note = std::string(detector_order_text) + " Times over scenes are geometric means.";
     if (const std::int64_t stride = widest_stride(draft, "replay"); stride > 1) {
@@ -268,34 +238,30 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
     const std::string detector = common_detector(rows);
     const std::vector<std::size_t> shown = rows_that_matter(rows);
     table.caption = fmt::format("Responses, {}, with {}", judged_text(draft, tissue), code(detector));
-    table.columns = {{.header = "response", .wide = true},
-                     {"residual penetration, median (mm)", true, Metric::residual_penetration_median_m},
-                     {"residual penetration, max (mm)", true, Metric::residual_penetration_max_m},
-                     {"tears", true, Metric::ruptures},
-                     {"force without touch (mm)", true, Metric::force_without_touch_m},
-                     {"force error median (N)", true, Metric::force_error_rms_hard},
-                     {"force jump worst (N)", true, Metric::force_jump_max_n},
-                     {"tick p99 (ms)", true, Metric::total_p99_ns},
-                     {"failed of N", true, {}, failed_help}};
+    table.columns = {{.header = "response", .wide = true}};
+    const std::vector<MetricColumn> columns{
+        value_column("residual penetration, median (mm)", Metric::residual_penetration_median_m, mm, Over::median),
+        value_column("residual penetration, max (mm)", Metric::residual_penetration_max_m, mm),
+        count_column("tears", Metric::ruptures, Processes::first, Over::sum),
+        value_column("force without touch (mm)", Metric::force_without_touch_m, mm),
+        value_column("force error median (N)", Metric::force_error_rms_hard, 1.0, Over::median),
+        {.header = "force jump worst (N)", .metric = Metric::force_jump_max_n, .text = jump_text},
+        {.header = "tick p99 (ms)", .metric = Metric::total_p99_ns, .processes = Processes::median, .scale = ms}};
+    std::vector<MetricRow> lines;
     for (const std::size_t i : shown) {
         const ResponseRow& row = rows[i];
-        TableRow line;
-        line.cells = {name_of_row(row, detector),
-                      scaled(row.depth_median, mm),
-                      scaled(row.residual_penetration_max, mm),
-                      count_text(row.tears),
-                      scaled(row.force_without_touch_m, mm),
-                      scaled(row.force_error),
-                      small_text(row.force_jump),
-                      scaled(row.total_p99_ns, ms),
-                      count_failed(row.failed, row.runs, row.not_run)};
-        line.command = run_command(draft, row.who.front());
-        if (row.failed > 0) {
-            line.style = TableRow::Style::failed;
-        } else if (row.ours) {
-            line.style = TableRow::Style::own;
-        }
-        table.rows.push_back(std::move(line));
+        lines.push_back({.names = {name_of_row(row, detector)},
+                         .results = row.ok,
+                         .style = row.failed_runs > 0 ? TableRow::Style::failed
+                                  : row.ours          ? TableRow::Style::own
+                                                      : TableRow::Style::normal,
+                         .command = run_command(draft, row.who.front())});
+    }
+    table = table_of(std::move(table), columns, lines);
+    table.columns.push_back({"failed of N", true, {}, failed_help});
+    for (std::size_t i = 0; i < shown.size(); ++i) {
+        const ResponseRow& row = rows[shown[i]];
+        table.rows[i].cells.push_back(count_failed(row.failed_runs, row.planned.runs(), row.not_run));
     }
     const std::int64_t stride = widest_stride(draft, "closed_loop");
     table.note =

@@ -96,8 +96,8 @@ StudyComparison compare_studies(const std::vector<Record>& before, const std::ve
         compare_rows(name, a, b, result.changes);
         for (const MetricInfo& info : metrics()) {
             if (of_the_clock(info)) continue;
-            const double x = summary_of(a, info.metric);
-            const double y = summary_of(b, info.metric);
+            const double x = value_of(a.summary, info.metric);
+            const double y = value_of(b.summary, info.metric);
             const double size = relative_change(x, y);
             if (size <= tolerance) continue;
             result.changes.push_back({name, header_of(info), format_number(x), format_number(y), size});

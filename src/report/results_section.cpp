@@ -2,31 +2,16 @@
 
 #include <fmt/format.h>
 
-#include <set>
-
-#include "measure/metric.hpp"
+#include "report/run_table.hpp"
 
 namespace trocar {
-namespace {
-
-/// The metrics that any run of the study has, in the order of their list.
-std::set<Metric> used_metrics(const Draft& draft) {
-    std::set<Metric> used;
-    for (const Record& record : draft.records) {
-        for (const auto& [metric, value] : record.summary) used.insert(metric);
-    }
-    return used;
-}
-
-}  // namespace
-
 void add_glossary(Draft& draft) {
     draft.heading(2, "What the words mean");
     Table table;
     table.caption = "Columns of results.csv";
     table.columns = {{"figure", false}, {"unit", false}, {"better", false}, {"meaning", false}, {"taken from", false}};
     table.folded = true;
-    for (const Metric metric : used_metrics(draft)) {
+    for (const Metric metric : used_metrics(draft.records)) {
         const MetricInfo& info = info_of(metric);
         table.rows.push_back(
             {.cells = {code(std::string(info.name)), std::string(info.unit), std::string(name_of(info.better)),

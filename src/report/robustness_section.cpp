@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <set>
 #include <tuple>
@@ -17,14 +18,28 @@ struct Rule {
     double (*error)(const VerdictRow& row);  ///< null: the order of the verdict's rows
 };
 
-double residual_worst(const VerdictRow& row) { return as_printed(row.residual_penetration_max_m); }
-double residual_median(const VerdictRow& row) { return as_printed(row.residual_penetration_median_m); }
-double depth_error(const VerdictRow& row) { return as_printed(row.depth_error_max_m); }
-double force_equal_k(const VerdictRow& row) { return as_printed(row.force_error_rms_equal_k); }
-double force_hard(const VerdictRow& row) { return as_printed(row.force_error_rms_hard); }
-double pairs_wrong(const VerdictRow& row) { return row.wrong(); }
-double time_p50(const VerdictRow& row) { return row.p50.value; }
-double time_p99(const VerdictRow& row) { return row.p99.value; }
+constexpr Rule pairs_wrong{"false negatives + false positives", [](const VerdictRow& row) { return row.wrong(); }};
+constexpr std::array rules{
+    Rule{"residual penetration, max", [](const VerdictRow& row) { return as_printed(row.residual_max()); }},
+    Rule{"residual penetration, median", [](const VerdictRow& row) { return as_printed(row.residual_median()); }},
+    Rule{"depth error of contacts, worst",
+         [](const VerdictRow& row) { return as_printed(row.ok.largest(Metric::depth_error_max_m)); }},
+    Rule{"force error, equal k",
+         [](const VerdictRow& row) {
+             return as_printed(row.force_error(Metric::force_error_rms_equal_k, Metric::force_bound_equal_k).worst);
+         }},
+    Rule{"force error, hard contact",
+         [](const VerdictRow& row) {
+             return as_printed(row.force_error(Metric::force_error_rms_hard, Metric::force_bound_hard).worst);
+         }},
+    pairs_wrong,
+    Rule{"time alone, median tick", [](const VerdictRow& row) { return row.p50.value; }},
+    Rule{"time alone, p99", [](const VerdictRow& row) { return row.p99.value; }}};
+
+/// Whether the row has the method as its detector or response; never for an empty name.
+bool includes(const Method& who, const std::string& method) {
+    return !method.empty() && (method_name(who.detector) == method || method_name(who.response) == method);
+}
 
 /// The row with the least error, the fastest of equals, or the first of the verdict; null when no row without a failure
 /// has the figure.
@@ -32,9 +47,7 @@ enum class Among { all, ours, others };
 const VerdictRow* winner(const Verdict& verdict, const Rule& rule, Among among, const std::string& without = {}) {
     const VerdictRow* best = nullptr;
     for (const VerdictRow& row : verdict.rows) {
-        const Method& who = row.method;
-        if (!without.empty() && (method_name(who.detector) == without || method_name(who.response) == without))
-            continue;
+        if (includes(row.method, without)) continue;
         if (among != Among::all && row.ours != (among == Among::ours)) continue;
         if (row.control || row.failed_runs > 0 || std::isnan(row.p50.value)) continue;
         if (rule.error == nullptr) return &row;
@@ -56,36 +69,29 @@ void add_rank_robustness(Draft& draft) {
     };
     const Verdict all = verdict_of(scenes);
     if (all.rows.size() < 2) return;
-    const Rule main_rule = all.error_is_depth() ? Rule{"the order of the tables", nullptr}
-                                                : Rule{"false negatives + false positives", pairs_wrong};
+    const Rule main_rule = all.error_is_depth() ? Rule{"the order of the tables", nullptr} : pairs_wrong;
     const VerdictRow* const first = winner(all, main_rule, Among::all);
     if (first == nullptr) return;
     draft.heading(2, "Rank robustness");
     Table table;
-    table.columns = {{"change", false}, {"winner", false}, {"winner as with nothing changed", false}};
     // A study that names no response as its own has nobody to set against the others.
     const std::string ours = common_fact(draft.records, "study.ours");
-    if (!ours.empty()) {
-        table.columns.insert(table.columns.begin() + 2,
-                             {{"best of " + code(ours), false}, {"best of the others", false}});
-    }
     std::set<std::string> winners;
     const auto add = [&](const std::string& what, const Verdict& verdict, const Rule& rule,
                          const std::string& without = {}) {
         const VerdictRow* const best = winner(verdict, rule, Among::all, without);
         if (best == nullptr) return;
-        const Method& main = first->method;
-        const bool is_gone =
-            !without.empty() && (method_name(main.detector) == without || method_name(main.response) == without);
+        const bool is_gone = includes(first->method, without);
         if (!is_gone) winners.insert(best->method.label());
-        TableRow row{.cells = {what, label(best)}};
+        table.rows.push_back({});
+        add_cell(table, {"change"}, what);
+        add_cell(table, {"winner"}, label(best));
         if (!ours.empty()) {
-            for (const Among among : {Among::ours, Among::others}) {
-                row.cells.push_back(label(winner(verdict, rule, among, without)));
-            }
+            add_cell(table, {"best of " + code(ours)}, label(winner(verdict, rule, Among::ours, without)));
+            add_cell(table, {"best of the others"}, label(winner(verdict, rule, Among::others, without)));
         }
-        row.cells.push_back(is_gone ? "left out itself" : yes_no(best->method == main));
-        table.rows.push_back(std::move(row));
+        add_cell(table, {"winner as with nothing changed"},
+                 is_gone ? "left out itself" : yes_no(best->method == first->method));
     };
     add(fmt::format("nothing: {}, all scenes", main_rule.name), all, main_rule);
     if (scenes.size() > 1) {
@@ -106,11 +112,7 @@ void add_rank_robustness(Draft& draft) {
         }
     }
     for (const std::string& method : methods) add(code(method) + " left out", all, main_rule, method);
-    for (const Rule& rule :
-         {Rule{"residual penetration, max", residual_worst}, Rule{"residual penetration, median", residual_median},
-          Rule{"depth error of contacts, worst", depth_error}, Rule{"force error, equal k", force_equal_k},
-          Rule{"force error, hard contact", force_hard}, Rule{"false negatives + false positives", pairs_wrong},
-          Rule{"time alone, median tick", time_p50}, Rule{"time alone, p99", time_p99}}) {
+    for (const Rule& rule : rules) {
         if (std::string(rule.name) != main_rule.name) add(std::string("judged by: ") + rule.name, all, rule);
     }
     table.note =

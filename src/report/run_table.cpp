@@ -69,10 +69,15 @@ struct PlainColumn {
     std::string (*text)(const Record&);
 };
 
+RunColumn word(const char* name, const char* meaning, const char* source = "specification") {
+    return {name, "text", "neither", meaning, source, false};
+}
+
+RunColumn whole(const char* name, const char* meaning) {
+    return {name, "1", "neither", meaning, "specification", true};
+}
+
 const std::vector<PlainColumn>& plain_before() {
-    const auto word = [](const char* name, const char* meaning) {
-        return RunColumn{name, "text", "neither", meaning, "specification", false};
-    };
     static const std::vector<PlainColumn> list{
         {word("run_id", "Name of the run, unique in the study: hash over its specification, hexadecimal; never empty"),
          [](const Record& r) { return run_id(r.spec); }},
@@ -94,12 +99,6 @@ const std::vector<PlainColumn>& plain_before() {
 }
 
 const std::vector<PlainColumn>& plain_after() {
-    const auto word = [](const char* name, const char* meaning, const char* source = "specification") {
-        return RunColumn{name, "text", "neither", meaning, source, false};
-    };
-    const auto whole = [](const char* name, const char* meaning) {
-        return RunColumn{name, "1", "neither", meaning, "specification", true};
-    };
     static const std::vector<PlainColumn> list{
         {word("setting", "Settings of the methods: default, recommended or tuned; empty: not stated"),
          [](const Record& r) { return r.spec.setting; }},
@@ -145,10 +144,7 @@ std::string meaning_in_table(const MetricInfo& info, std::span<const Record> rec
                        unknown.empty() ? "" : fmt::format(" (all runs of mode {})", unknown));
 }
 
-double number_of(const std::string& text) {
-    if (text.empty()) return std::nan("");
-    return std::strtod(text.c_str(), nullptr);
-}
+double number_of(const std::string& text) { return text.empty() ? std::nan("") : std::strtod(text.c_str(), nullptr); }
 
 }  // namespace
 
@@ -180,11 +176,7 @@ RunTable::RunTable(std::span<const Record> records) : records_(records), words_(
         }
     }
     add_plain(plain_after());
-    std::set<Metric> known;
-    for (const Record& record : records_) {
-        for (const auto& [metric, value] : record.summary) known.insert(metric);
-    }
-    for (const Metric metric : known) {
+    for (const Metric metric : used_metrics(records_)) {
         const MetricInfo& info = info_of(metric);
         columns_.push_back({std::string(info.name), std::string(info.unit), std::string(name_of(info.better)),
                             meaning_in_table(info, records_), std::string(text_of(info.source)), true, metric});
@@ -218,6 +210,14 @@ std::int64_t RunTable::find(const std::string& name) const {
     const auto found =
         std::find_if(columns_.begin(), columns_.end(), [&](const RunColumn& column) { return column.name == name; });
     return found == columns_.end() ? -1 : found - columns_.begin();
+}
+
+std::set<Metric> used_metrics(std::span<const Record> records) {
+    std::set<Metric> used;
+    for (const Record& record : records) {
+        for (const auto& [metric, value] : record.summary) used.insert(metric);
+    }
+    return used;
 }
 
 std::map<std::string, std::string> results_files(const std::vector<Record>& records) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -53,6 +54,9 @@ private:
     /// per row: column -> word, for columns other than figures
     std::vector<std::map<std::string, std::string>> words_;
 };
+
+/// The metrics that any run has, in the order of their list.
+std::set<Metric> used_metrics(std::span<const Record> records);
 
 /// CSV files by name. results.csv: one row per run, of every mode, without columns that no run fills. figures.csv: its
 /// columns with unit, better direction and meaning.

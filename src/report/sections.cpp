@@ -3,50 +3,16 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <set>
 
-#include "contact/outcome.hpp"
 #include "report/verdict.hpp"
 
 namespace trocar {
 
-std::string code(const std::string& text) { return text.empty() ? std::string() : "`" + text + "`"; }
-
-std::string method_name(const std::string& text) { return text.substr(0, text.find(':')); }
-
-std::string outcome_text(const Outcome& outcome) {
-    std::string text(name_of(outcome.kind));
-    if (!outcome.message.empty()) text += " (" + outcome.message + ")";
-    return text;
-}
-
-std::string joined(const std::vector<std::string>& items) { return fmt::format("{}", fmt::join(items, ", ")); }
-
-std::string share_text(double part, double whole) {
-    if (std::isnan(part) || std::isnan(whole) || whole <= 0.0) return "n/a";
-    if (part == whole) return "1";
-    const double share = part / whole;
-    for (int digits = 3; digits < 9; ++digits) {
-        std::string text = fmt::format("{:.{}f}", share, digits);
-        if (text.front() != '1') return text;
-    }
-    return fmt::format("{:.10f}", share);
-}
-
-std::string count_text(double value) { return std::isnan(value) ? "n/a" : fmt::format("{:.0f}", value); }
-
-std::string scaled(double value, double scale) {
-    return std::isnan(value) ? std::string("n/a") : format_number(value * scale);
-}
-
-std::string yes_no(bool value) { return value ? "yes" : "no"; }
-
 std::string common_fact(const std::vector<Record>& records, const std::string& key, bool* mixed) {
     std::set<std::string> values;
     for (const Record& record : records) {
-        const auto found = record.environment.find(key);
-        if (found != record.environment.end()) values.insert(found->second);
+        if (record.environment.contains(key)) values.insert(fact_of(record, key));
     }
     if (values.size() > 1 && mixed != nullptr) *mixed = true;
     return fmt::format("{}", fmt::join(values, " | "));

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "report/cell.hpp"
 #include "report/chart.hpp"
 #include "report/document.hpp"
 #include "report/figures.hpp"
@@ -13,20 +14,6 @@
 
 namespace trocar {
 
-inline constexpr double us = 1.0e-3;  ///< ns to µs
-inline constexpr double mm = 1.0e3;   ///< m to mm
-
-std::string code(const std::string& text);
-/// Method name without parameters.
-std::string method_name(const std::string& text);
-std::string outcome_text(const Outcome& outcome);
-std::string joined(const std::vector<std::string>& items);
-/// "1.000", "0.99987": a ratio below one never rounds to one.
-std::string share_text(double part, double whole);
-std::string count_text(double value);
-/// "n/a" for unknown.
-std::string scaled(double value, double scale = 1.0);
-std::string yes_no(bool value);
 /// Common value of a fact over all records, or all values when they differ.
 std::string common_fact(const std::vector<Record>& records, const std::string& key, bool* mixed = nullptr);
 

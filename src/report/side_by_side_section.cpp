@@ -22,13 +22,11 @@ struct SceneFamily {
 std::vector<SceneFamily> scene_families(const Draft& draft) {
     std::map<std::string, SceneFamily> families;
     for (const Record& record : draft.records) {
-        const auto family = record.environment.find("scene.family");
-        const auto triangles = record.environment.find("scene.triangles");
-        if (family == record.environment.end() || triangles == record.environment.end()) continue;
-        if (record.spec.mode != "replay") continue;
-        SceneFamily& found = families[family->second];
-        found.name = family->second;
-        found.scenes[number_of_text<double>(triangles->second).value_or(0.0)] = record.spec.scene;
+        const std::string& family = fact_of(record, "scene.family");
+        if (family.empty() || record.spec.mode != "replay") continue;
+        families[family].name = family;
+        families[family].scenes[number_of_text<double>(fact_of(record, "scene.triangles")).value_or(0.0)] =
+            record.spec.scene;
     }
     std::vector<SceneFamily> list;
     list.reserve(families.size());
@@ -47,7 +45,7 @@ bool is_right(const SceneResult& result) {
 
 std::string cell_of_time(const SceneResult* result) {
     if (result == nullptr) return "–";
-    if (!result->ok()) return outcome_text(result->runs.front().record->outcome);
+    if (!result->ok()) return outcome_text(result->failure());
     return scaled(result->of(Metric::total_median_ns).value, us) + (is_right(*result) ? "" : " †");
 }
 
@@ -123,33 +121,28 @@ ScatterChart time_over_size(const Draft& draft, const SceneFamily& family) {
     return chart;
 }
 
-std::string exactness(const SceneResult& result) {
-    return fmt::format("{} of {}", count_text(result.first(Metric::differing_ticks)),
-                       count_text(result.first(Metric::timed_ticks)));
-}
+std::string exactness(const RunFigures& run) { return of_text(run[Metric::differing_ticks], run[Metric::timed_ticks]); }
 
 MetricTable costs_table() {
     MetricTable table{
-        .caption = "Cost of every detector and setting on generated scenes", .mode = "replay", .columns = {}};
-    table.columns = {
-        {.header = "n (ticks)", .metric = Metric::timed_ticks, .count = true},
-        {.header = "p50 (µs)", .metric = Metric::total_median_ns, .processes = Processes::interval, .scale = us},
-        {.header = "p99 (µs)",
-         .metric = Metric::total_p99_ns,
-         .processes = Processes::interval,
-         .scale = us,
-         .unknown = "n too small"},
-        {.header = "update (µs)", .metric = Metric::update_median_ns, .scale = us},
-        {.header = "detect (µs)", .metric = Metric::detect_median_ns, .scale = us},
-        {.header = "prepare (ms)", .metric = Metric::prepare_ns, .scale = 1e-6},
-        {.header = "memory (MB)", .metric = Metric::memory_bytes, .scale = 1e-6},
-        {.header = "work", .metric = Metric::work_median},
-        {.header = "ticks that differ", .metric = Metric::differing_ticks, .text = exactness}};
-    table.keep = [](const SceneResult& result) { return !std::isnan(result.first(Metric::differing_ticks)); };
+        .caption = "Cost of every detector and setting on generated scenes",
+        .mode = "replay",
+        .columns = {count_column("n (ticks)", Metric::timed_ticks), time_column("p50 (µs)", Metric::total_median_ns),
+                    time_column("p99 (µs)", Metric::total_p99_ns, Processes::interval, too_few),
+                    value_column("update (µs)", Metric::update_median_ns, us),
+                    value_column("detect (µs)", Metric::detect_median_ns, us),
+                    value_column("prepare (ms)", Metric::prepare_ns, ms),
+                    value_column("memory (MB)", Metric::memory_bytes, 1e-6), value_column("work", Metric::work_median),
+                    text_column("ticks that differ", Metric::differing_ticks, exactness)}};
+    table.keep = [](const RunFigures& run) { return !std::isnan(run[Metric::differing_ticks]); };
     table.note =
         "Work: vertices read + cells visited + box tests + triangle tests, as far as an adapter can see them. Memory: "
         "growth of the process.";
     return table;
+}
+
+std::string work_over_usual(const RunFigures& run) {
+    return scaled(run[Metric::work_max] / run[Metric::work_in_contact_median]);
 }
 
 }  // namespace
@@ -184,20 +177,20 @@ void add_side_by_side(Draft& draft) {
 }
 
 void add_repeated_motion(Draft& draft) {
-    MetricTable table{.caption = "Worst tick of a repeated motion", .mode = "repeated_motion", .columns = {}};
-    constexpr auto highest = Processes::highest;
-    table.columns = {{.header = "n (ticks)", .metric = Metric::timed_ticks, .count = true},
-                     {.header = "work p50 in contact", .metric = Metric::work_in_contact_median},
-                     {.header = "work max", .metric = Metric::work_max},
-                     work_ratio_column("max / p50", Metric::work_in_contact_median),
-                     {.header = "p50 (µs)", .metric = Metric::total_median_ns, .scale = us},
-                     {.header = "p99 (µs)", .metric = Metric::total_p99_ns, .scale = us, .unknown = "n too small"},
-                     {.header = "p99.9 (µs)", .metric = Metric::total_p999_ns, .scale = us, .unknown = "n too small"},
-                     {.header = "max (µs)", .metric = Metric::total_max_ns, .processes = highest, .scale = us},
-                     {.header = "false negatives / true pairs",
-                      .metric = Metric::false_negatives,
-                      .second = Metric::true_pairs,
-                      .count = true}};
+    MetricTable table{.caption = "Worst tick of a repeated motion",
+                      .mode = "repeated_motion",
+                      .columns = {count_column("n (ticks)", Metric::timed_ticks),
+                                  value_column("work p50 in contact", Metric::work_in_contact_median),
+                                  value_column("work max", Metric::work_max),
+                                  text_column("max / p50", Metric::work_max, work_over_usual),
+                                  value_column("p50 (µs)", Metric::total_median_ns, us),
+                                  time_column("p99 (µs)", Metric::total_p99_ns, Processes::first, too_few),
+                                  time_column("p99.9 (µs)", Metric::total_p999_ns, Processes::first, too_few),
+                                  time_column("max (µs)", Metric::total_max_ns, Processes::every),
+                                  {.header = "false negatives / true pairs",
+                                   .metric = Metric::false_negatives,
+                                   .second = Metric::true_pairs,
+                                   .count = true}}};
     table.note =
         "The motion of a scene again and again, each time in another direction, driven by a neutral spring per pair. "
         "Work does not depend on the machine; the longest times do. What a library does inside is not in its work.";

@@ -10,6 +10,7 @@
 #include <set>
 #include <tuple>
 
+#include "measure/metrics.hpp"
 #include "report/chart.hpp"
 #include "report/sections.hpp"
 
@@ -40,20 +41,20 @@ struct Size {
     [[nodiscard]] Estimate time(Metric metric) const {
         std::vector<double> values;
         values.reserve(runs.size());
-        for (const Record* run : runs) values.push_back(summary_of(*run, metric));
+        for (const Record* run : runs) values.push_back(value_of(run->summary, metric));
         return across_processes(values);
     }
 };
 
 double triangles_of(const Record& record) {
-    const auto found = record.environment.find("run.tissue_triangles");
-    return found == record.environment.end() ? not_known : std::strtod(found->second.c_str(), nullptr);
+    const std::string& found = fact_of(record, "run.tissue_triangles");
+    return found.empty() ? not_known : std::strtod(found.c_str(), nullptr);
 }
 
 /// Name of the default one included, which a specification leaves out.
 std::string stepper_of(const Record& record) {
-    const auto found = record.environment.find("run.stepper");
-    return found == record.environment.end() ? record.spec.stepper : found->second;
+    const std::string& found = fact_of(record, "run.stepper");
+    return found.empty() ? record.spec.stepper : found;
 }
 
 /// For an order of sizes: what nobody knows is last.
@@ -63,18 +64,14 @@ double rank_of(double triangles) { return std::isnan(triangles) ? std::numeric_l
 std::map<Family, std::vector<Size>> families_of(const Draft& draft) {
     std::map<Family, std::map<std::string, Size>> found;
     std::map<std::string, double> triangles;  // by scene: a run that ended before it reported them has those of another
-    for (const Record& record : draft.records) {
-        const RunSpec& spec = record.spec;
-        if (spec.mode != "cost_by_size" || record.outcome.kind == OutcomeKind::absent ||
-            record.outcome.kind == OutcomeKind::unsupported) {
-            continue;
-        }
+    for (const Record* record : runs_of(draft.records, "cost_by_size")) {
+        const RunSpec& spec = record->spec;
         double& known = triangles.try_emplace(spec.scene, not_known).first->second;
-        known = std::fmax(known, triangles_of(record));
+        known = std::fmax(known, triangles_of(*record));
         Size& size = found[{spec.scene.substr(0, spec.scene.rfind('_')), spec.detector + " + " + spec.response,
-                            stepper_of(record)}][spec.scene];
+                            stepper_of(*record)}][spec.scene];
         size.scene = spec.scene;
-        size.runs.push_back(&record);
+        size.runs.push_back(record);
     }
     std::map<Family, std::vector<Size>> families;
     for (const auto& [family, sizes] : found) {
@@ -105,7 +102,6 @@ ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
         const int style = static_cast<int>(chart.series.size());
         ChartSeries series{.name = stage == "total" ? "whole tick" : stage,
                            .style = {.colour = style, .shape = style, .hollow = stage != "total"},
-                           .points = {},
                            .connected = true};
         for (const Size& size : sizes) {
             const double time = size.time(metric_of(std::string(stage) + "_median_ns")).value * us;
@@ -139,11 +135,9 @@ Table table_of(const std::map<Family, std::vector<Size>>& families) {
         for (const Size& size : sizes) {
             std::vector<std::string> cells{size.scene, code(family.methods), code(family.stepper),
                                            count_text(size.triangles),
-                                           count_text(summary_of(*size.runs.front(), Metric::substeps))};
+                                           count_text(value_of(size.runs.front()->summary, Metric::substeps))};
             if (const Record* failed = size.failed()) {
-                cells.push_back(outcome_text(failed->outcome));
-                cells.resize(table.columns.size());
-                table.rows.push_back({.cells = std::move(cells), .style = TableRow::Style::failed});
+                table.rows.push_back(failed_row(std::move(cells), failed->outcome, table));
                 continue;
             }
             cells.push_back(count_text(size.time(Metric::timed_ticks).value));

@@ -99,10 +99,7 @@ void add_table_3_1(Draft& draft) {
             if (found == thesis_families().end() || found->second != family || !method.contacts.empty()) continue;
             if (result == nullptr || !result->ok() || result->first(Metric::differing_ticks) != 0.0) continue;
             columns.push_back(method);
-            const auto fact = result->runs.front().record->environment.find("scene.triangles");
-            if (fact != result->runs.front().record->environment.end()) {
-                triangles = number_of_text<double>(fact->second).value_or(not_known);
-            }
+            triangles = number_of_text<double>(fact_of(result->record(), "scene.triangles")).value_or(not_known);
         }
     }
     if (columns.empty()) return;

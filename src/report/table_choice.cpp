@@ -370,8 +370,19 @@ private:
     std::vector<std::size_t> rows_;
 };
 
-std::string cell_text(const ChosenColumn& column, const ChosenCell& cell) {
-    return column.number ? format_number(cell.number) : cell.word;
+Table as_table(const ChosenTable& chosen) {
+    Table table;
+    for (const ChosenColumn& column : chosen.columns) {
+        table.caption += (table.caption.empty() ? "" : ", ") + column.header;
+        table.columns.push_back({.header = column.header, .number = column.number});
+    }
+    for (const std::vector<ChosenCell>& row : chosen.rows) {
+        table.rows.emplace_back();
+        for (std::size_t c = 0; c < row.size(); ++c) {
+            table.rows.back().cells.push_back(chosen.columns[c].number ? format_number(row[c].number) : row[c].word);
+        }
+    }
+    return table;
 }
 
 }  // namespace
@@ -380,38 +391,9 @@ ChosenTable choose_table(const std::vector<Record>& records, const TableChoice& 
     return Chooser(records).choose(choice);
 }
 
-std::string table_as_markdown(const ChosenTable& table) {
-    std::string text;
-    const auto add = [&text](std::string cell) {
-        for (std::size_t at = cell.find('|'); at != std::string::npos; at = cell.find('|', at + 2))
-            cell.insert(at, "\\");
-        std::replace(cell.begin(), cell.end(), '\n', ' ');
-        text += "| " + cell + " ";
-    };
-    for (const ChosenColumn& column : table.columns) add(column.header);
-    text += "|\n";
-    for (const ChosenColumn& column : table.columns) text += column.number ? "|---:" : "|---";
-    text += "|\n";
-    for (const std::vector<ChosenCell>& row : table.rows) {
-        for (std::size_t c = 0; c < row.size(); ++c) add(cell_text(table.columns[c], row[c]));
-        text += "|\n";
-    }
-    return text;
-}
+std::string table_as_markdown(const ChosenTable& table) { return to_markdown(as_table(table)); }
 
-std::string table_as_latex(const ChosenTable& table) {
-    Table paper{.caption = "", .columns = {}, .rows = {}, .note = ""};
-    for (const ChosenColumn& column : table.columns) {
-        paper.caption += (paper.caption.empty() ? "" : ", ") + column.header;
-        paper.columns.push_back({.header = column.header, .number = column.number});
-    }
-    for (const std::vector<ChosenCell>& row : table.rows) {
-        TableRow cells;
-        for (std::size_t c = 0; c < row.size(); ++c) cells.cells.push_back(cell_text(table.columns[c], row[c]));
-        paper.rows.push_back(std::move(cells));
-    }
-    return latex_table(paper);
-}
+std::string table_as_latex(const ChosenTable& table) { return latex_table(as_table(table)); }
 
 std::string table_as_csv(const ChosenTable& table) {
     std::string text;

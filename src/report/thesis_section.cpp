@@ -1,14 +1,10 @@
-#include "report/sections.hpp"
-
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <map>
 #include <set>
 
-#include "measure/statistics.hpp"
+#include "report/metric_table.hpp"
 
 namespace trocar {
 namespace {
@@ -41,26 +37,41 @@ constexpr std::array<PreviousSystem, 17> previous_systems{
      {"C. O'Sullivan et al [42]", "Y", "Y", "N", "Human perception of collision"},
      {"B. Lee et al", "Y", "Y", "N", "Fields of displacement"}}};
 
-/// What the closed-loop runs of one response with one contact generator say, over all scenes and detectors.
-struct Measured {
-    std::vector<double> respond_p50;  ///< ns, per run
-    double total_p99_ns = not_known;  ///< ns, worst run
-    double misses = 0.0;
-    double ticks = 0.0;
-    double left_rigid = not_known;   ///< m, worst run on a scene without tissue
-    double left_tissue = not_known;  ///< m, worst run on a scene with tissue
-    int ok = 0;
-    int runs = 0;
+/// The number of scenes, and the names where they are few.
+std::string scenes_text(const ResultSet& results) {
     std::set<std::string> scenes;
-};
-
-/// The number, and the names where they are few.
-std::string scenes_text(const std::set<std::string>& scenes) {
+    for (const SceneResult* result : results.results) scenes.insert(result->scene());
     return scenes.size() > 2 ? std::to_string(scenes.size()) : fmt::format("{}", fmt::join(scenes, ", "));
 }
 
-void raise(double& worst, double value) {
-    if (!std::isnan(value) && !(worst >= value)) worst = value;
+/// Of the results that ended well, in all their processes.
+MetricColumn ok_column(const std::string& header, Metric metric, Over over, double scale, const char* unknown,
+                       const std::function<bool(const SceneResult&)>& keep = {}) {
+    return {.header = header, .metric = metric, .text = [=](const ResultSet& results) {
+                ResultSet some = results.ok();
+                std::erase_if(some.results, [&keep](const SceneResult* one) { return keep && !keep(*one); });
+                return scaled(value_over(over, some.values(Processes::every, metric)), scale, unknown);
+            }};
+}
+
+std::vector<MetricColumn> measured_columns() {
+    const auto residual = [](const char* header, bool tissue) {
+        return ok_column(
+            header, Metric::residual_penetration_max_m, Over::largest, mm, unknown_text,
+            [tissue](const SceneResult& result) { return meets_tissue(result.record().spec.pair_class) == tissue; });
+    };
+    return {text_column("runs ok",
+                        [](const ResultSet& results) {
+                            return fmt::format("{} of {}", results.runs() - results.failed_runs(), results.runs());
+                        }),
+            text_column("scenes", scenes_text),
+            ok_column("respond, median run (µs)", Metric::respond_median_ns, Over::median, us, unknown_text),
+            ok_column("tick p99, worst run (µs)", Metric::total_p99_ns, Over::largest, us, too_few),
+            {.header = "1 kHz misses",
+             .metric = Metric::deadline_misses,
+             .text = [](const ResultSet& results) { return misses_text(results.ok(), Metric::deadline_misses); }},
+            residual("residual penetration, max, without tissue (mm)", false),
+            residual("residual penetration, max, with tissue (mm)", true)};
 }
 
 }  // namespace
@@ -73,64 +84,32 @@ std::vector<std::string> table_2_1_rows() {
 }
 
 void add_table_2_1(Draft& draft) {
-    // Row of the thesis' table -> response and contact generator -> figures.
-    std::map<std::string, std::map<std::string, Measured>> measured;
+    // Row of the thesis' table -> response and contact generator -> results, over all detectors.
+    std::map<std::string, std::map<Method, ResultSet>> measured;
     std::map<std::string, std::set<std::string>> without_tissue;  // what responses do there -> their names
-    for (const RunFigures& run : draft.results.runs()) {
-        const RunSpec& spec = run.record->spec;
-        if (spec.mode != "closed_loop" || spec.response.empty()) continue;
-        if (run.record->outcome.kind == OutcomeKind::absent || run.record->outcome.kind == OutcomeKind::unsupported) {
-            continue;
+    for (const Method& method : draft.results.methods("closed_loop")) {
+        if (method.response.empty() || draft.results.fact(method, "detector.control") == "yes") continue;
+        Method response = method;
+        response.detector.clear();
+        for (const SceneResult* result : possible(draft.results, method).results) {
+            const std::string& row = fact_of(result->record(), "response.table_row");
+            const std::string& elsewhere = fact_of(result->record(), "response.without_tissue");
+            if (!elsewhere.empty()) without_tissue[elsewhere].insert(code(method.response));
+            measured[row.empty() ? "none" : row][response].results.push_back(result);
         }
-        const auto fact = run.record->environment.find("response.table_row");
-        const std::string row = fact == run.record->environment.end() ? "none" : fact->second;
-        const auto elsewhere = run.record->environment.find("response.without_tissue");
-        if (elsewhere != run.record->environment.end()) without_tissue[elsewhere->second].insert(code(spec.response));
-        Measured& m = measured[row][code(spec.response) + " (" + spec.contacts + ")" + by_stepper(spec.stepper)];
-        ++m.runs;
-        m.scenes.insert(spec.scene);
-        if (!run.ok()) continue;
-        ++m.ok;
-        const double respond = run[Metric::respond_median_ns];
-        if (!std::isnan(respond)) m.respond_p50.push_back(respond);
-        raise(m.total_p99_ns, run[Metric::total_p99_ns]);
-        m.misses += run[Metric::deadline_misses];
-        m.ticks += run[Metric::timed_ticks];
-        const bool tissue = meets_tissue(spec.pair_class);
-        raise(tissue ? m.left_tissue : m.left_rigid, run[Metric::residual_penetration_max_m]);
     }
     if (measured.empty()) return;
     draft.heading(2, "Table 2.1 of the thesis, measured");
     draft.paragraph(
         "The thesis compares earlier collision responses by yes and no. Where a response of this study stands for a "
-        "row, its closed-loop runs give numbers instead, over all their scenes and detectors; the row's idea is "
-        "measured on our scenes, not the authors' program. Printed: real-time / applicable to deformable objects / "
-        "applicable to the mass-spring system.");
-    Table table;
-    table.columns = {{"authors", false},
-                     {"basis of algorithm", false},
-                     {"printed", false},
-                     {"response that stands for it (contacts)", false},
-                     {"runs ok", true},
-                     {"scenes", true},
-                     {"respond, median run (µs)", true},
-                     {"tick p99, worst run (µs)", true, Metric::total_p99_ns},
-                     {"1 kHz misses", true, Metric::paced_misses},
-                     {"residual penetration, max, without tissue (mm)", true, Metric::residual_penetration_max_m},
-                     {"residual penetration, max, with tissue (mm)", true, Metric::residual_penetration_max_m}};
-    const auto scaled = [](double value, double scale) {
-        return std::isnan(value) ? std::string("n/a") : format_number(value * scale);
-    };
-    const auto add = [&](const std::string& authors, const std::string& basis, const std::string& printed,
-                         const std::map<std::string, Measured>& responses) {
-        for (const auto& [response, m] : responses) {
-            const double median = m.respond_p50.empty() ? not_known : quantile(m.respond_p50, 0.5);
-            table.rows.push_back(
-                {.cells = {authors, basis, printed, response, fmt::format("{} of {}", m.ok, m.runs),
-                           scenes_text(m.scenes), scaled(median, us),
-                           std::isnan(m.total_p99_ns) ? "n too small" : format_number(m.total_p99_ns * us),
-                           m.ticks > 0.0 ? fmt::format("{} of {}", count_text(m.misses), count_text(m.ticks)) : "n/a",
-                           scaled(m.left_rigid, mm), scaled(m.left_tissue, mm)}});
+        "row, its closed-loop runs give numbers instead, over all their scenes and all detectors but controls; the "
+        "row's idea is measured on our scenes, not the authors' program. Printed: real-time / applicable to deformable "
+        "objects / applicable to the mass-spring system.");
+    std::vector<MetricRow> rows;
+    const auto add = [&](const PreviousSystem& system, const std::string& printed, const auto& responses) {
+        for (const auto& [response, results] : responses) {
+            rows.push_back(
+                {.names = {system.authors, system.basis, printed, response_name(response)}, .results = results});
         }
     };
     for (const PreviousSystem& system : previous_systems) {
@@ -138,24 +117,30 @@ void add_table_2_1(Draft& draft) {
             fmt::format("{} / {} / {}", system.real_time, system.deformable, system.mass_spring);
         const auto found = measured.find(system.authors);
         if (found != measured.end()) {
-            add(system.authors, system.basis, printed, found->second);
-            continue;
+            add(system, printed, found->second);
+        } else {
+            rows.push_back({.names = {system.authors, system.basis, printed, "not measured"},
+                            .results = {},
+                            .no_figures = true,
+                            .style = TableRow::Style::dominated});
         }
-        std::vector<std::string> cells(table.columns.size(), "");
-        cells[0] = system.authors;
-        cells[1] = system.basis;
-        cells[2] = printed;
-        cells[3] = "not measured";
-        table.rows.push_back({.cells = std::move(cells), .style = TableRow::Style::dominated});
     }
-    const auto none = measured.find("none");
-    if (none != measured.end()) add("in no row", "", "", none->second);
-    table.note =
-        "Time and depth belong together: a response that leaves the bodies inside each other can be fast. Left at "
-        "worst: greatest true depth after a tick; n/a where no run had both a depth and a truth. Without tissue only "
-        "the contact gives way: that depth is the force over the scene's k, not an error. Rows of unlike scenes do not "
-        "compare: those of a few scenes name them. Respond is what a response takes to say its law; impulses (impulse, "
-        "reflection, ode_joints) are found in the tissue's sub-steps, whose time only the whole tick has.";
+    add({"in no row", "", "", "", ""}, "", measured["none"]);
+    Table table = table_of(
+        {.caption = "",
+         .columns = {{"authors", false},
+                     {"basis of algorithm", false},
+                     {"printed", false},
+                     {"response that stands for it (contacts)", false}},
+         .note =
+             "Time and depth belong together: a response that leaves the bodies inside each other can be fast. Left at "
+             "worst: greatest true depth after a tick; n/a where no run had both a depth and a truth. Without tissue "
+             "only the contact gives way: that depth is the force over the scene's k, not an error. Rows of unlike "
+             "scenes do not compare: those of a few scenes name them. Respond is what a response takes to say its law; "
+             "impulses (impulse, reflection, ode_joints) are found in the tissue's sub-steps, whose time only the "
+             "whole "
+             "tick has."},
+        measured_columns(), rows);
     for (const auto& [what, names] : without_tissue) {
         table.note += fmt::format(" Each of {} {}.", fmt::join(names, ", "), what);
     }

@@ -1,44 +1,36 @@
 #include "report/sections.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <map>
-#include <numeric>
-#include <set>
 
-#include "measure/statistics.hpp"
 #include "report/chart.hpp"
 #include "report/metric_table.hpp"
 
 namespace trocar {
 namespace {
 
+std::string work_text(const RunFigures& run) {
+    const double work = run[Metric::work_max] / run[Metric::work_median];
+    return scaled(std::isfinite(work) ? work : not_known);
+}
+
 MetricTable latency_table(const std::string& mode, const std::string& caption) {
-    constexpr auto interval = Processes::interval;
-    MetricTable table{.caption = caption, .mode = mode, .columns = {}};
-    table.columns = {{.header = "n per process (ticks)", .metric = Metric::timed_ticks, .count = true}};
-    if (mode == "closed_loop")
-        table.columns.push_back({.header = "sub-steps per tick", .metric = Metric::substeps, .count = true});
-    const std::vector<MetricColumn> times{
-        {.header = "p50 (µs)", .metric = Metric::total_median_ns, .processes = interval, .scale = us},
-        {.header = "p90 (µs)", .metric = Metric::total_p90_ns, .processes = interval, .scale = us},
-        {.header = "p99 (µs)",
-         .metric = Metric::total_p99_ns,
-         .processes = interval,
-         .scale = us,
-         .unknown = "n too small"},
-        {.header = "max (µs)", .metric = Metric::total_max_ns, .processes = Processes::highest, .scale = us},
-        {.header = "first contact (µs)", .metric = Metric::total_cold_ns, .processes = interval, .scale = us},
-        misses_column("misses at 1 ms", Metric::deadline_misses),
-        {.header = "longest burst (ticks)",
-         .metric = Metric::longest_burst,
-         .processes = Processes::highest,
-         .count = true},
-        work_ratio_column("work, max / median"),
-        {.header = "allocations per tick", .metric = Metric::allocations_median}};
-    table.columns.insert(table.columns.end(), times.begin(), times.end());
+    MetricTable table{
+        .caption = caption,
+        .mode = mode,
+        .columns = {count_column("n per process (ticks)", Metric::timed_ticks),
+                    count_column("sub-steps per tick", Metric::substeps),
+                    time_column("p50 (µs)", Metric::total_median_ns), time_column("p90 (µs)", Metric::total_p90_ns),
+                    time_column("p99 (µs)", Metric::total_p99_ns, Processes::interval, too_few),
+                    time_column("max (µs)", Metric::total_max_ns, Processes::every),
+                    time_column("first contact (µs)", Metric::total_cold_ns),
+                    misses_column("misses at 1 ms", Metric::deadline_misses),
+                    count_column("longest burst (ticks)", Metric::longest_burst, Processes::every),
+                    text_column("work, max / median", Metric::work_max, work_text),
+                    value_column("allocations per tick", Metric::allocations_median)}};
+    if (mode == "replay") table.columns.erase(table.columns.begin() + 1);  // sub-steps are of tissue that moves
     return table;
 }
 
@@ -46,8 +38,7 @@ MetricTable latency_table(const std::string& mode, const std::string& caption) {
 
 void add_latency(Draft& draft) {
     if (draft.results.methods("replay").empty() && draft.results.methods("closed_loop").empty()) return;
-    const bool paced = std::any_of(draft.records.begin(), draft.records.end(),
-                                   [](const Record& record) { return record.spec.mode == "paced"; });
+    const bool paced = !draft.results.methods("paced").empty();
     draft.heading(2, "Haptic table");
     draft.paragraph(
         "Latency of single ticks in the back-to-back loop. " + draft.interval_note("") +
@@ -64,115 +55,114 @@ void add_latency(Draft& draft) {
 }
 
 void add_stages(Draft& draft) {
-    Table table;
-    table.caption = "Median time per stage, mean over the scenes (µs)";
-    table.columns = {{"detector + response (contact generator)", false}, {"scenes", true}};
-    BarChart chart;
-    chart.x_title = "median time per stage, mean over the scenes (µs)";
-    for (const char* name : stage_names) {
-        table.columns.push_back({name, true});
-        chart.parts.emplace_back(name);
+    BarChart chart{.x_title = "median time per stage, mean over the scenes (µs)"};
+    const auto stages_of = [](const ResultSet& results) {
+        std::vector<double> means;
+        for (std::size_t stage = 0; stage < stage_count; ++stage) {
+            means.push_back(us * value_over(Over::mean, results.values(Processes::median, stage_median(stage))));
+        }
+        return means;
+    };
+    std::vector<MetricColumn> columns;
+    for (std::size_t stage = 0; stage < stage_count; ++stage) {
+        chart.parts.emplace_back(stage_names.at(stage));
+        columns.push_back(time_column(stage_names.at(stage), stage_median(stage), Processes::median));
+        columns.back().over = Over::mean;
     }
-    table.columns.push_back({"sum (µs)", true});
+    std::vector<MetricRow> rows;
     for (const std::string mode : {"closed_loop", "replay"}) {
         for (const Method& method : draft.results.methods(mode)) {
-            std::array<std::vector<double>, stage_count> values;
-            int scenes = 0;
-            bool failed = false;
-            for (const std::string& scene : draft.results.scenes(mode)) {
-                const SceneResult* result = draft.results.find(method, scene);
-                if (result == nullptr || result->not_applicable()) continue;
-                failed = failed || !result->ok();
-                ++scenes;
-                for (std::size_t s = 0; s < stage_count; ++s) {
-                    std::vector<double> by_process;
-                    for (const RunFigures& run : result->runs) by_process.push_back(run[stage_median(s)]);
-                    const double value = across_processes(by_process).value;
-                    if (!std::isnan(value)) values.at(s).push_back(value * us);
-                }
-            }
-            BarChart::Bar bar{.name = method.label(), .parts = {}};
-            std::vector<std::string> cells{code(method.label()) + (mode == "replay" ? " (replay)" : ""),
-                                           std::to_string(scenes)};
-            double sum = 0.0;
-            for (const auto& stage : values) {
-                const double mean = stage.empty() ? not_known
-                                                  : std::accumulate(stage.begin(), stage.end(), 0.0) /
-                                                        static_cast<double>(stage.size());
-                bar.parts.push_back(mean);
-                sum += std::isnan(mean) ? 0.0 : mean;
-                cells.push_back(format_number(mean));
-            }
-            if (sum == 0.0) continue;
-            cells.push_back(format_number(sum) + (failed ? " (some scenes failed)" : ""));
-            table.rows.push_back({.cells = std::move(cells)});
-            if (mode == draft.mode) chart.bars.push_back(std::move(bar));
+            const ResultSet results = possible(draft.results, method);
+            const std::vector<double> stages = stages_of(results);
+            if (!(known_sum(stages) > 0.0)) continue;
+            rows.push_back({.names = {code(method.label()) + (mode == "replay" ? " (replay)" : ""),
+                                      std::to_string(results.count())},
+                            .results = results});
+            if (mode == draft.mode) chart.bars.push_back({.name = method.label(), .parts = stages});
         }
     }
-    if (table.rows.empty()) return;
+    if (rows.empty()) return;
+    columns.push_back({.header = "sum (µs)", .text = [&](const ResultSet& results) {
+                           return scaled(known_sum(stages_of(results))) +
+                                  (results.failed_runs() > 0 ? " (some scenes failed)" : "");
+                       }});
     draft.heading(2, "Stage split");
-    table.note =
-        "n/a: the stage does not exist in that kind of run. move and derive are the same code for every method; "
-        "derive runs even where native contacts are used, so that both can be judged. A stage that exists only in "
-        "some scenes (advance needs tissue) is averaged over those. Rows of unlike numbers of scenes do not compare.";
     if (!chart.bars.empty()) {
         draft.figure("stages", draw(chart),
                      "Where the time of a tick goes; numbers in the table below, which says whose bars are of fewer "
                      "scenes.");
     }
-    draft.add(std::move(table));
+    draft.add(table_of(
+        {.caption = "Median time per stage, mean over the scenes (µs)",
+         .columns = {{"detector + response (contact generator)", false}, {"scenes", true}},
+         .note =
+             "n/a: the stage does not exist in that kind of run. move and derive are the same code for every method; "
+             "derive runs even where native contacts are used, so that both can be judged. A stage that exists only in "
+             "some scenes (advance needs tissue) is averaged over those. Rows of unlike numbers of scenes do not "
+             "compare."},
+        columns, rows));
 }
 
 namespace {
 
-/// Detectors that were planned on all scenes, those with the larger share of scenes within twice the fastest of them
-/// first, then by name; a failed run counts as infinitely slow.
-std::vector<std::string> profile_order(const Draft& draft, const std::vector<Method>& detectors,
-                                       const std::set<std::string>& scenes) {
-    std::map<std::string, double> within;
-    for (const std::string& scene : scenes) {
-        std::map<std::string, double> times;
-        for (const Method& detector : detectors) {
-            const SceneResult* result = draft.results.find(detector, scene);
-            if (result == nullptr) continue;
-            times[detector.detector] =
-                result->ok() ? result->of(Metric::total_median_ns).value : std::numeric_limits<double>::infinity();
+/// Median tick, ns, by detector and replayed scene; a failed run counts as infinitely slow.
+using Times = std::map<std::string, std::map<std::string, double>>;
+
+Times times_of(const Draft& draft) {
+    Times times;
+    for (const Method& detector : draft.results.methods("replay")) {
+        for (const auto& [scene, result] : draft.results.of(detector)) {
+            times[detector.detector][scene] =
+                result.ok() ? result.of(Metric::total_median_ns).value : std::numeric_limits<double>::infinity();
         }
-        double fastest = std::numeric_limits<double>::infinity();
-        for (const auto& [name, time] : times) fastest = std::min(fastest, time);
-        for (const auto& [name, time] : times) within[name] += time <= 2.0 * fastest && std::isfinite(time) ? 1.0 : 0.0;
     }
+    return times;
+}
+
+/// By scene that a detector answered.
+std::map<std::string, double> fastest_of(const Times& times) {
+    std::map<std::string, double> fastest;
+    for (const auto& [detector, by_scene] : times) {
+        for (const auto& [scene, time] : by_scene) {
+            if (!std::isfinite(time)) continue;
+            double& least = fastest.try_emplace(scene, time).first->second;
+            least = std::min(least, time);
+        }
+    }
+    return fastest;
+}
+
+/// Those with the larger share of scenes within twice the fastest of them first, then by name.
+std::vector<std::string> profile_order(const Times& times) {
+    const std::map<std::string, double> fastest = fastest_of(times);
+    std::map<std::string, std::ptrdiff_t> within;
     std::vector<std::string> order;
-    order.reserve(within.size());
-    for (const auto& [name, share] : within) order.push_back(name);
+    for (const auto& [detector, by_scene] : times) {
+        within[detector] = std::count_if(by_scene.begin(), by_scene.end(), [&fastest](const auto& one) {
+            return std::isfinite(one.second) && one.second <= 2.0 * fastest.at(one.first);
+        });
+        order.push_back(detector);
+    }
     std::stable_sort(order.begin(), order.end(),
                      [&within](const std::string& a, const std::string& b) { return within[a] > within[b]; });
     return order;
 }
 
 /// Does the order among the others change when one is left out?
-Table profile_robustness(const Draft& draft, const std::vector<Method>& detectors,
-                         const std::set<std::string>& scenes) {
+Table profile_robustness(const Times& times) {
     Table table;
     table.caption = "Order by the share of scenes within twice the fastest, one detector left out at a time";
     table.columns = {{"left out", false}, {"order of the rest", false}, {"as with it", false}};
-    const std::vector<std::string> all = profile_order(draft, detectors, scenes);
+    const std::vector<std::string> all = profile_order(times);
     if (all.size() < 3) return table;
-    const auto row = [&table](const std::string& out, const std::vector<std::string>& order, const std::string& same) {
-        std::vector<std::string> names;
-        names.reserve(order.size());
-        for (const std::string& name : order) names.push_back(code(name));
-        table.rows.push_back({.cells = {out, joined(names), same}});
-    };
-    row("none", all, "");
+    table.rows.push_back({.cells = {"none", joined_code(all), ""}});
     for (const std::string& out : all) {
-        std::vector<Method> rest;
-        std::copy_if(detectors.begin(), detectors.end(), std::back_inserter(rest),
-                     [&out](const Method& one) { return one.detector != out; });
+        Times rest = times;
+        rest.erase(out);
         std::vector<std::string> expected = all;
-        expected.erase(std::find(expected.begin(), expected.end(), out));
-        const std::vector<std::string> order = profile_order(draft, rest, scenes);
-        row(code(out), order, yes_no(order == expected));
+        std::erase(expected, out);
+        const std::vector<std::string> order = profile_order(rest);
+        table.rows.push_back({.cells = {code(out), joined_code(order), yes_no(order == expected)}});
     }
     return table;
 }
@@ -180,71 +170,49 @@ Table profile_robustness(const Draft& draft, const std::vector<Method>& detector
 }  // namespace
 
 void add_work_profile(Draft& draft) {
-    const std::vector<Method> detectors = draft.results.methods("replay");
-    const std::vector<std::string> scenes = draft.results.scenes("replay");
-    if (detectors.size() < 2) return;
+    Times times = times_of(draft);
+    const std::map<std::string, double> best = fastest_of(times);
+    if (times.size() < 2 || best.empty()) return;
     LineChart chart{.x_title = "factor over the fastest detector of the scene",
                     .y_title = "share of scenes",
-                    .lines = {},
                     .steps = true,
                     .log_x = true};
-    std::map<std::string, double> best;
-    std::set<std::string> judged;
-    for (const std::string& scene : scenes) {
-        double fastest = std::numeric_limits<double>::infinity();
-        for (const Method& detector : detectors) {
-            const SceneResult* result = draft.results.find(detector, scene);
-            if (result == nullptr || !result->ok()) continue;
-            fastest = std::min(fastest, result->of(Metric::total_median_ns).value);
-        }
-        if (!std::isfinite(fastest)) continue;
-        best[scene] = fastest;
-        judged.insert(scene);
-    }
-    if (judged.empty()) return;
-    double widest = 1.0;
     std::vector<std::vector<double>> factors;
-    for (const Method& detector : detectors) {
-        std::vector<double> list;
-        for (const std::string& scene : judged) {
-            const SceneResult* result = draft.results.find(detector, scene);
-            if (result == nullptr || !result->ok()) continue;
-            list.push_back(result->of(Metric::total_median_ns).value / best.at(scene));
-            widest = std::max(widest, list.back());
+    double widest = 1.0;
+    for (const auto& [detector, by_scene] : times) {
+        factors.emplace_back();
+        for (const auto& [scene, time] : by_scene) {
+            if (std::isfinite(time)) factors.back().push_back(time / best.at(scene));
         }
-        std::sort(list.begin(), list.end());
-        factors.push_back(std::move(list));
+        std::sort(factors.back().begin(), factors.back().end());
+        if (!factors.back().empty()) widest = std::max(widest, factors.back().back());
     }
-    for (std::size_t d = 0; d < detectors.size(); ++d) {
-        // A detector that was not planned on every scene has no share of them.
-        if (std::any_of(judged.begin(), judged.end(),
-                        [&](const std::string& scene) { return draft.results.find(detectors[d], scene) == nullptr; })) {
-            continue;
-        }
-        LineChart::Line line{.name = detectors[d].detector,
-                             .colour = static_cast<int>(d),
-                             .dash = static_cast<int>(d),
-                             .points = {{1.0, 0.0}}};
+    // A detector that was not planned on every scene has no share of them.
+    const auto has_gap = [&best](const auto& detector) {
+        return std::any_of(best.begin(), best.end(),
+                           [&detector](const auto& scene) { return !detector.second.contains(scene.first); });
+    };
+    int number = 0;
+    for (const auto& detector : times) {
+        const int style = number++;
+        if (has_gap(detector)) continue;
+        LineChart::Line line{.name = detector.first, .colour = style, .dash = style, .points = {{1.0, 0.0}}};
         double share = 0.0;
-        for (const double factor : factors[d]) {
-            share += 1.0 / static_cast<double>(judged.size());
+        for (const double factor : factors[static_cast<std::size_t>(style)]) {
+            share += 1.0 / static_cast<double>(best.size());
             line.points.emplace_back(factor, share);
         }
         line.points.emplace_back(widest * 1.2, share);
         chart.lines.push_back(std::move(line));
     }
+    std::erase_if(times, has_gap);
     draft.heading(2, "Performance profile");
     draft.figure(
         "profile", chart,
         "Dolan–Moré profile of the detectors: share of the replayed scenes on which a detector's median tick is "
         "within a factor of the fastest; a failed run counts as infinitely slow. The order among detectors that "
         "are not the best can change when the best is removed.");
-    std::vector<Method> everywhere;
-    std::copy_if(detectors.begin(), detectors.end(), std::back_inserter(everywhere), [&](const Method& detector) {
-        return std::all_of(judged.begin(), judged.end(),
-                           [&](const std::string& scene) { return draft.results.find(detector, scene) != nullptr; });
-    });
-    draft.add(profile_robustness(draft, everywhere, judged));
+    draft.add(profile_robustness(times));
 }
 
 }  // namespace trocar

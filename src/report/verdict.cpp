@@ -7,17 +7,16 @@
 #include <map>
 
 #include "measure/statistics.hpp"
-#include "report/over_scenes.hpp"
 #include "report/verdict_order.hpp"
 
 namespace trocar {
 namespace {
 
-/// An error within the reference's own bound says no more than that.
-void take_force_error(double& worst, double& within, double error, double bound) {
-    const bool is_within = error <= bound;
-    take_larger(is_within ? within : worst, is_within ? bound : error);
+bool on_all_scenes(const VerdictRow& row, const Verdict& verdict) {
+    return row.planned.count() == verdict.scenes.size();
 }
+
+}  // namespace
 
 VerdictRow make_row(const Results& results, const Method& method, const std::string& reference,
                     const std::vector<std::string>& scenes) {
@@ -41,8 +40,6 @@ VerdictRow make_row(const Results& results, const Method& method, const std::str
     std::vector<ProcessSample> p50;
     std::vector<ProcessSample> p99;
     std::vector<ProcessSample> ratio;
-    std::vector<double> depth_errors;
-    std::vector<double> left;
     std::vector<double> errors;
     const std::vector<std::string> judged = judged_scenes(results, scenes, true);
     for (const std::string& scene : scenes) {
@@ -52,42 +49,12 @@ VerdictRow make_row(const Results& results, const Method& method, const std::str
             row.not_applicable = true;
             continue;
         }
-        ++row.scenes;
-        row.scene_names.push_back(scene);
-        for (const RunFigures& run : result->runs) {
-            ++row.runs;
-            if (!run.ok()) ++row.failed_runs;
-            row.deadline_misses += run[Metric::deadline_misses];
-            row.timed_ticks += run[Metric::timed_ticks];
-        }
-        add_known(row.true_pairs, result->first(Metric::true_pairs));
-        add_known(row.false_negatives, result->first(Metric::false_negatives));
-        add_known(row.false_positives, result->first(Metric::false_positives));
-        add_known(row.contact_events, result->first(Metric::contact_events));
-        add_known(row.contact_events_missed, result->first(Metric::contact_events_missed));
-        add_known(row.truncated_ticks, result->first(Metric::truncated_ticks));
+        row.planned.results.push_back(result);
         if (!result->ok()) continue;
-        ++row.scenes_ok;
-        take_larger(row.depth_error_max_m, result->first(Metric::depth_error_max_m));
-        take_larger(row.side_undecided_max, result->first(Metric::side_undecided_max));
-        const bool counts = std::find(judged.begin(), judged.end(), scene) != judged.end();
-        if (counts) take_larger(row.slowest_p99, result->of(Metric::total_p99_ns).value);
-        if (const double residual_penetration_max_m = result->first(Metric::residual_penetration_max_m);
-            counts && !std::isnan(residual_penetration_max_m)) {
-            take_larger(row.residual_penetration_max_m, residual_penetration_max_m);
-            left.push_back(result->first(Metric::residual_penetration_median_m));
-        }
+        row.ok.results.push_back(result);
+        if (std::find(judged.begin(), judged.end(), scene) != judged.end()) row.judged.results.push_back(result);
         if (!std::isnan(result->first(Metric::residual_penetration_max_m))) {
             errors.push_back(error_on(*result, results.class_of(scene)));
-        }
-        add_known(row.tears, result->first(Metric::ruptures));
-        const RunFigures& first = result->runs.front();
-        take_force_error(row.force_error_rms_equal_k, row.force_within_equal_k, first[Metric::force_error_rms_equal_k],
-                         first[Metric::force_bound_equal_k]);
-        take_force_error(row.force_error_rms_hard, row.force_within_hard, first[Metric::force_error_rms_hard],
-                         first[Metric::force_bound_hard]);
-        if (const double value = result->first(Metric::depth_error_median_m); !std::isnan(value)) {
-            depth_errors.push_back(value);
         }
         p50.push_back(sample_of(*result, Metric::total_median_ns));
         p99.push_back(sample_of(*result, Metric::total_p99_ns));
@@ -98,11 +65,11 @@ VerdictRow make_row(const Results& results, const Method& method, const std::str
             ratio.push_back({.by_process = std::vector(p50.back().by_process.size(), not_known), .resamples = {}});
         }
     }
-    row.depth_error_median_m = quantile(depth_errors, 0.5);
-    row.residual_penetration_median_m = quantile(left, 0.5);
+    row.failed_runs = row.planned.failed_runs();
+    row.slowest_p99 = known_largest(row.judged.values(Processes::median, Metric::total_p99_ns));
     if (!errors.empty()) row.error = geometric_mean(errors);
     // A method that failed somewhere has no mean over the scenes: leaving the scene out would flatter it.
-    if (row.scenes_ok == row.scenes) {
+    if (row.ok.count() == row.planned.count()) {
         row.p50 = over_scenes(p50);
         row.p99 = over_scenes(p99);
         row.ratio = over_scenes(ratio);
@@ -110,14 +77,26 @@ VerdictRow make_row(const Results& results, const Method& method, const std::str
     return row;
 }
 
-bool on_all_scenes(const VerdictRow& row, const Verdict& verdict) {
-    return row.scenes == static_cast<int>(verdict.scenes.size());
+std::vector<std::string> VerdictRow::scene_names() const {
+    std::vector<std::string> names;
+    for (const SceneResult* result : planned.results) names.push_back(result->scene());
+    return names;
 }
 
-}  // namespace
+VerdictRow::ForceError VerdictRow::force_error(Metric of, Metric bound) const {
+    ForceError force;
+    for (const SceneResult* result : ok.results) {
+        const bool within = result->first(of) <= result->first(bound);
+        double& largest = within ? force.within : force.worst;
+        largest = std::fmax(largest, result->first(within ? bound : of));
+    }
+    return force;
+}
 
 double VerdictRow::wrong() const {
-    return false_negatives + false_positives + (std::isnan(contact_events_missed) ? 0.0 : contact_events_missed);
+    const double missed = planned.sum(Metric::contact_events_missed);
+    return planned.sum(Metric::false_negatives) + planned.sum(Metric::false_positives) +
+           (std::isnan(missed) ? 0.0 : missed);
 }
 
 bool Verdict::error_is_depth() const { return have_depths(rows); }
@@ -137,7 +116,7 @@ Verdict make_verdict(const Results& results, const std::string& reference, const
     }
     for (const Method& method : results.methods(mode)) {
         VerdictRow row = make_row(results, method, reference, verdict.scenes);
-        if (row.scenes > 0) verdict.rows.push_back(std::move(row));
+        if (row.planned.count() > 0) verdict.rows.push_back(std::move(row));
     }
     if (std::any_of(verdict.rows.begin(), verdict.rows.end(),
                     [&verdict](const VerdictRow& row) { return on_all_scenes(row, verdict); })) {
@@ -150,7 +129,7 @@ Verdict make_verdict(const Results& results, const std::string& reference, const
     compare_rows(results, verdict.scenes, verdict.rows);
     // Of the others, only those of the same scenes compare.
     std::map<std::vector<std::string>, std::vector<VerdictRow>> by_scenes;
-    for (VerdictRow& row : verdict.partial) by_scenes[row.scene_names].push_back(std::move(row));
+    for (VerdictRow& row : verdict.partial) by_scenes[row.scene_names()].push_back(std::move(row));
     verdict.partial.clear();
     for (auto& [names, rows] : by_scenes) {
         compare_rows(results, names, rows);

@@ -3,29 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <tuple>
 
 namespace trocar {
 namespace {
 
 constexpr double least_error = 1.0e-6;  // m
-
-bool move_alike(const Results& results, const VerdictRow& a, const VerdictRow& b,
-                const std::vector<std::string>& scenes) {
-    bool any = false;
-    for (const std::string& scene : scenes) {
-        const SceneResult* first = results.find(a.method, scene);
-        const SceneResult* second = results.find(b.method, scene);
-        if ((first == nullptr) != (second == nullptr)) return false;
-        if (first == nullptr) continue;
-        if (!first->ok() || !second->ok() || !same_motion(first->runs.front(), second->runs.front())) return false;
-        any = true;
-    }
-    return any;
-}
-
-double time_of(const VerdictRow& row) { return row.p50.value; }
 
 }  // namespace
 
@@ -43,13 +26,13 @@ std::vector<std::string> judged_scenes(const Results& results, const std::vector
     return tissue && judged.empty() ? scenes : judged;
 }
 
-ResponseOrder response_order(const ResponseStanding& row) {
+ResponseOrder response_order(const VerdictRow& row, bool not_run) {
     return {row.control,
-            row.failed,
-            row.not_run,
-            or_last(as_printed(row.worst)),
-            or_last(as_printed(row.median)),
-            or_last(row.total_p99_ns)};
+            row.failed_runs > 0,
+            not_run,
+            or_last(as_printed(row.residual_max())),
+            or_last(as_printed(row.residual_median())),
+            or_last(row.slowest_p99)};
 }
 
 bool have_depths(const std::vector<VerdictRow>& rows) {
@@ -61,17 +44,11 @@ double error_of(const VerdictRow& row, bool depth) { return depth ? as_printed(r
 void compare_rows(const Results& results, const std::vector<std::string>& scenes, std::vector<VerdictRow>& rows) {
     const bool depth = have_depths(rows);
     const auto of_response = [](const VerdictRow& row) {
-        return std::pair(response_order({.control = row.control,
-                                         .failed = row.failed_runs > 0,
-                                         .not_run = row.not_applicable,
-                                         .worst = row.residual_penetration_max_m,
-                                         .median = row.residual_penetration_median_m,
-                                         .total_p99_ns = row.slowest_p99}),
-                         row.method);
+        return std::pair(response_order(row, row.not_applicable), row.method);
     };
     const auto of_detector = [](const VerdictRow& row) {
-        return std::tuple(row.control, row.failed_runs > 0, std::isnan(time_of(row)), or_last(row.wrong()),
-                          or_last(time_of(row)), row.method);
+        return std::tuple(row.control, row.failed_runs > 0, std::isnan(row.p50.value), or_last(row.wrong()),
+                          or_last(row.p50.value), row.method);
     };
     std::sort(rows.begin(), rows.end(), [&](const VerdictRow& a, const VerdictRow& b) {
         return depth ? of_response(a) < of_response(b) : of_detector(a) < of_detector(b);
@@ -79,17 +56,17 @@ void compare_rows(const Results& results, const std::vector<std::string>& scenes
     for (std::size_t i = 0; i < rows.size(); ++i) {
         VerdictRow& row = rows[i];
         for (std::size_t j = 0; j < i && row.identical_to < 0; ++j) {
-            if (rows[j].identical_to < 0 && move_alike(results, row, rows[j], scenes)) {
+            if (rows[j].identical_to < 0 && results.move_alike(row.method, rows[j].method, scenes)) {
                 row.identical_to = static_cast<int>(j);
             }
         }
         const double error = error_of(row, depth);
-        const double time = time_of(row);
+        const double time = row.p50.value;
         if (row.control || std::isnan(error) || std::isnan(time)) continue;
         row.dominated = std::any_of(rows.begin(), rows.end(), [&](const VerdictRow& other) {
             if (other.control) return false;
             const double other_error = error_of(other, depth);
-            const double other_time = time_of(other);
+            const double other_time = other.p50.value;
             return other_error <= error && other_time <= time && (other_error < error || other_time < time);
         });
     }

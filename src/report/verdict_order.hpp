@@ -17,18 +17,10 @@ double error_on(const SceneResult& result, const std::string& pair_class);
 /// Scenes with, or without, tissue in their pair class; all scenes when none has tissue.
 std::vector<std::string> judged_scenes(const Results& results, const std::vector<std::string>& scenes, bool tissue);
 
-/// Sort key of responses in every table and sentence.
-struct ResponseStanding {
-    bool control = false;
-    bool failed = false;              ///< on a scene
-    bool not_run = false;             ///< on a scene
-    double worst = not_known;         ///< m, maximum residual penetration over the tissue scenes; without any, over all
-    double median = not_known;        ///< m, over the same scenes
-    double total_p99_ns = not_known;  ///< ns, maximum over the same scenes
-};
+/// Sort key of responses in every table and sentence: controls last, failed, not run everywhere, maximum residual
+/// penetration as printed, its median, p99; of the judged scenes.
 using ResponseOrder = std::tuple<bool, bool, bool, double, double, double>;
-/// Ascending: controls last, failed, not run everywhere, maximum residual penetration, its median, p99.
-ResponseOrder response_order(const ResponseStanding& row);
+ResponseOrder response_order(const VerdictRow& row, bool not_run);
 /// Text for the note under a table.
 inline constexpr const char* response_order_text =
     "Order: controls last, then rows that failed, rows not run everywhere, worst residual penetration, its median, "

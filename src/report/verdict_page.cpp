@@ -6,81 +6,64 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
 #include "report/chart.hpp"
-#include "report/sections.hpp"
+#include "report/metric_table.hpp"
 #include "report/verdict_order.hpp"
 
 namespace trocar {
 namespace {
 
-/// An answer that a limit cut is unknown, never free of contact: reported wherever missed pairs are.
-std::string cut_text(const VerdictRow& row) {
-    return row.truncated_ticks > 0.0 ? fmt::format(", cut in {:.0f} ticks", row.truncated_ticks) : std::string();
-}
-
 std::string pairs_text(const VerdictRow& row) {
-    if (std::isnan(row.true_pairs)) return "n/a";
-    return fmt::format("{:.0f} / {:.0f} of {:.0f}{}", row.false_negatives, row.false_positives, row.true_pairs,
-                       cut_text(row));
-}
-
-std::string between_text(const VerdictRow& row) {
-    if (std::isnan(row.contact_events)) return "n/a";
-    return fmt::format("{:.0f} of {:.0f}", row.contact_events_missed, row.contact_events);
-}
-
-std::string two_numbers(double first, double second, double scale) {
-    if (std::isnan(first) && std::isnan(second)) return "n/a";
-    return format_number(first * scale) + " / " + format_number(second * scale);
+    const double truth = row.planned.sum(Metric::true_pairs);
+    if (std::isnan(truth)) return unknown_text;
+    return count_text(row.planned.sum(Metric::false_negatives)) + " / " +
+           of_text(row.planned.sum(Metric::false_positives), truth) + cut_text(row.planned);
 }
 
 std::string left_text(const VerdictRow& row) {
-    return two_numbers(row.residual_penetration_median_m, row.residual_penetration_max_m, mm) +
-           undecided_text(row.side_undecided_max);
+    return two_text(row.residual_median(), row.residual_max(), mm) +
+           undecided_text(row.ok.largest(Metric::side_undecided_max));
 }
 
 std::string forces_text(const VerdictRow& row, bool closed_loop) {
-    const auto report = [](double error, double within) {
-        return std::isnan(error) && !std::isnan(within) ? "≤ " + format_number(within) : format_number(error);
+    const auto report = [&row](Metric error, Metric bound) {
+        const auto [worst, within] = row.force_error(error, bound);
+        return std::isnan(worst) && !std::isnan(within) ? "≤ " + scaled(within) : scaled(worst);
     };
-    const std::string equal_k = report(row.force_error_rms_equal_k, row.force_within_equal_k);
-    const std::string hard = report(row.force_error_rms_hard, row.force_within_hard);
-    const std::string unknown = format_number(not_known);
-    if (equal_k == unknown && hard == unknown) return closed_loop ? "no reference" : "n/a";
+    const std::string equal_k = report(Metric::force_error_rms_equal_k, Metric::force_bound_equal_k);
+    const std::string hard = report(Metric::force_error_rms_hard, Metric::force_bound_hard);
+    if (equal_k == unknown_text && hard == unknown_text) return closed_loop ? "no reference" : unknown_text;
     return equal_k + " / " + hard;
 }
 
 std::string failures_text(const VerdictRow& row) {
-    std::string text = row.failed_runs == 0 ? "0" : fmt::format("{} of {} runs", row.failed_runs, row.runs);
-    if (row.scenes_ok < row.scenes) text += fmt::format(", {} of {} scenes ok", row.scenes_ok, row.scenes);
+    std::string text = row.failed_runs == 0 ? "0" : fmt::format("{} of {} runs", row.failed_runs, row.planned.runs());
+    if (row.ok.count() < row.planned.count())
+        text += fmt::format(", {} of {} scenes ok", row.ok.count(), row.planned.count());
     return text;
 }
 
 /// "`ohc` + `penalty` (intersection)": parts of their own, so that a narrow page can break between them.
 std::string who_text(const Method& method) {
-    std::string text = "`" + method.detector + "`";
-    if (!method.response.empty()) text += " + `" + method.response + "`";
-    if (method.mode == "closed_loop") text += " (" + method.contacts + ")";
-    if (!method.stepper.empty()) text += " by `" + method.stepper + "`";
-    return text;
+    return code(method.detector) + (method.response.empty() ? "" : " + " + response_name(method));
 }
 
 std::string time_text(const VerdictRow& row, const Estimate& interval, bool is_p99) {
-    if (row.scenes_ok < row.scenes) return "fails";
-    if (std::isnan(interval.value)) return is_p99 && !std::isnan(row.p50.value) ? "n too small" : "n/a";
-    return estimate_text(interval, us);
+    if (row.ok.count() < row.planned.count()) return "fails";
+    return estimate_text(interval, us, is_p99 && !std::isnan(row.p50.value) ? too_few : unknown_text);
 }
 
 std::string ratio_text(const VerdictRow& row, double noise_floor) {
-    if (std::isnan(row.ratio.value)) return "n/a";
-    if (row.reference && row.method.contacts != "native") return "1";
+    if (!std::isnan(row.ratio.value) && row.reference && row.method.contacts != "native") return "1";
     const bool equal = row.ratio.value <= noise_floor && row.ratio.value >= 1.0 / noise_floor;
     return (equal ? "≈ " : "") + estimate_text(row.ratio, 1.0);
 }
 
 bool searches_between(const std::vector<VerdictRow>& rows) {
-    return std::any_of(rows.begin(), rows.end(), [](const VerdictRow& row) { return !std::isnan(row.contact_events); });
+    return std::any_of(rows.begin(), rows.end(),
+                       [](const VerdictRow& row) { return !std::isnan(row.planned.sum(Metric::contact_events)); });
 }
 
 /// Number in the table of every row: those that move as an earlier one share its number.
@@ -106,61 +89,44 @@ std::string twins_text(const std::vector<VerdictRow>& rows, std::size_t head) {
         const std::string p50 = time_text(row, row.p50, false);
         const std::string p99 = time_text(row, row.p99, true);
         twins.push_back(
-            fmt::format("{} ({} / {} µs)", by_detector_alone ? "`" + twin.detector + "`" : who_text(twin), p50, p99));
+            fmt::format("{} ({} / {} µs)", by_detector_alone ? code(twin.detector) : who_text(twin), p50, p99));
     }
     return twins.empty() ? std::string() : fmt::format(", moving alike: {}", fmt::join(twins, ", "));
 }
 
 Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std::string& caption, double noise_floor,
                bool name_scenes) {
-    Table table;
-    table.caption = caption;
-    table.columns = {{"row", true},
-                     {.header = closed_loop ? "detector + response (contact generator)" : "detector", .wide = true},
-                     {"false negatives / false positives of true pairs", true, Metric::false_negatives},
-                     {"depth error, median / worst (mm)", true, Metric::depth_error_max_m},
-                     {"error over scenes (mm)", true, Metric::residual_penetration_max_m},
-                     {"residual penetration, median / worst (mm)", true, Metric::residual_penetration_median_m},
-                     {"tears", true, Metric::ruptures},
-                     {"force error, equal k / hard (N RMS)", true, Metric::force_error_rms_equal_k},
-                     {"tick p50 (µs)", true, Metric::total_median_ns},
-                     {"tick p99 (µs)", true, Metric::total_p99_ns},
-                     {"ratio of medians", true},
-                     {"ticks over 1 ms", true, Metric::deadline_misses},
-                     {"failures", true}};
+    Table table{.caption = caption};
     const bool between = searches_between(rows);
-    if (between) table.columns.insert(table.columns.begin() + 3, {"contacts between frames never reported", true});
-    if (name_scenes) table.columns.insert(table.columns.begin() + 1, {"scenes", false});
     const std::vector<int> numbers = numbers_of(rows);
     for (std::size_t i = 0; i < rows.size(); ++i) {
         const VerdictRow& row = rows[i];
         if (row.identical_to >= 0) continue;
-        std::vector<std::string> cells{std::to_string(numbers[i])};
-        if (name_scenes) cells.push_back(fmt::format("{}", fmt::join(row.scene_names, ", ")));
-        std::vector<std::string> figures{who_text(row.method) + twins_text(rows, i),
-                                         pairs_text(row),
-                                         two_numbers(row.depth_error_median_m, row.depth_error_max_m, mm),
-                                         std::isnan(row.error) ? "n/a" : format_number(row.error * mm),
-                                         left_text(row),
-                                         closed_loop ? count_text(row.tears) : "n/a",
-                                         forces_text(row, closed_loop),
-                                         time_text(row, row.p50, false),
-                                         time_text(row, row.p99, true),
-                                         ratio_text(row, noise_floor),
-                                         fmt::format("{:.0f} of {:.0f}", row.deadline_misses, row.timed_ticks),
-                                         failures_text(row)};
-        if (between) figures.insert(figures.begin() + 2, between_text(row));
-        cells.insert(cells.end(), figures.begin(), figures.end());
-        table.rows.push_back({.cells = std::move(cells)});
-        TableRow& printed = table.rows.back();
-        if (row.failed_runs > 0) {
-            printed.style = TableRow::Style::failed;
-        } else if (row.dominated) {
-            printed.style = TableRow::Style::dominated;
-        } else if (row.ours) {
-            printed.style = TableRow::Style::own;
-        }
-        if (row.side_undecided_max > 0.0) table.note = undecided_note;
+        table.rows.push_back({.style = row.failed_runs > 0 ? TableRow::Style::failed
+                                       : row.dominated     ? TableRow::Style::dominated
+                                       : row.ours          ? TableRow::Style::own
+                                                           : TableRow::Style::normal});
+        const auto add = [&table](const char* header, std::optional<Metric> metric, std::string text) {
+            add_cell(table, {header, true, metric}, std::move(text));
+        };
+        add("row", {}, std::to_string(numbers[i]));
+        if (name_scenes) add_cell(table, {"scenes", false}, joined(row.scene_names()));
+        add_cell(table, {.header = closed_loop ? "detector + response (contact generator)" : "detector", .wide = true},
+                 who_text(row.method) + twins_text(rows, i));
+        add("false negatives / false positives of true pairs", Metric::false_negatives, pairs_text(row));
+        if (between) add("contacts between frames never reported", {}, between_text(row.planned));
+        add("depth error, median / worst (mm)", Metric::depth_error_max_m,
+            two_text(row.ok.median(Metric::depth_error_median_m), row.ok.largest(Metric::depth_error_max_m), mm));
+        add("error over scenes (mm)", Metric::residual_penetration_max_m, scaled(row.error, mm));
+        add("residual penetration, median / worst (mm)", Metric::residual_penetration_median_m, left_text(row));
+        add("tears", Metric::ruptures, closed_loop ? count_text(row.ok.sum(Metric::ruptures)) : unknown_text);
+        add("force error, equal k / hard (N RMS)", Metric::force_error_rms_equal_k, forces_text(row, closed_loop));
+        add("tick p50 (µs)", Metric::total_median_ns, time_text(row, row.p50, false));
+        add("tick p99 (µs)", Metric::total_p99_ns, time_text(row, row.p99, true));
+        add("ratio of medians", {}, ratio_text(row, noise_floor));
+        add("ticks over 1 ms", Metric::deadline_misses, misses_text(row.planned, Metric::deadline_misses));
+        add("failures", {}, failures_text(row));
+        if (row.ok.largest(Metric::side_undecided_max) > 0.0) table.note = undecided_note;
     }
     const std::string order =
         have_depths(rows)
@@ -172,13 +138,13 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
 
 }  // namespace
 
-std::string estimate_text(const Estimate& interval, double scale) {
-    if (std::isnan(interval.value)) return "n/a";
-    std::string text = format_number(interval.value * scale);
-    if (interval.processes > 1) {
-        text += fmt::format(" [{}–{}]", format_number(interval.low * scale), format_number(interval.high * scale));
-    }
-    return text;
+std::string cut_text(const ResultSet& results) {
+    const double ticks = results.sum(Metric::truncated_ticks);
+    return ticks > 0.0 ? ", cut in " + count_text(ticks) + " ticks" : std::string();
+}
+
+std::string between_text(const ResultSet& results) {
+    return of_text(results.sum(Metric::contact_events_missed), results.sum(Metric::contact_events));
 }
 
 Table verdict_table(const Verdict& verdict, const std::string& caption, double noise_floor) {
@@ -196,14 +162,7 @@ ScatterChart verdict_chart(const Verdict& verdict) {
     const bool p99 = std::all_of(verdict.rows.begin(), verdict.rows.end(), [](const VerdictRow& row) {
         return std::isnan(row.p50.value) || !std::isnan(row.p99.value);
     });
-    struct Key {
-        std::string detector;
-        std::string response;
-        std::string contacts;
-        std::string stepper;
-        auto operator<=>(const Key&) const = default;
-    };
-    std::map<Key, ChartSeries> series;
+    std::map<Method, ChartSeries> series;  // by method without its settings, but for those of the response
     std::map<std::string, int> colours;
     std::map<std::string, int> shapes;
     // Those of `ours` first, so that the first colours are the same in every study.
@@ -227,8 +186,9 @@ ScatterChart verdict_chart(const Verdict& verdict) {
         const double error = error_of(row, depth);
         const double time = (p99 ? row.p99.value : row.p50.value) * us;
         if (std::isnan(error) || std::isnan(time)) continue;
-        const Key key{method_name(row.method.detector), row.method.response, row.method.contacts,
-                      row.method.stepper.empty() ? "" : method_name(row.method.stepper)};
+        Method key = row.method;
+        key.detector = method_name(key.detector);
+        key.stepper = method_name(key.stepper);
         ChartSeries& one = series[key];
         one.style = {
             .colour = colours.at(key.detector), .shape = shapes.at(key.response), .hollow = key.contacts == "native"};

@@ -6,15 +6,11 @@
 
 #include "geometry/whole_file.hpp"
 #include "report/document.hpp"
+#include "report/figures.hpp"
 #include "web/web.hpp"
 
 namespace trocar {
 namespace {
-
-std::string fact(const Record& record, const std::string& key) {
-    const auto found = record.environment.find(key);
-    return found == record.environment.end() ? std::string() : found->second;
-}
 
 /// Behind the first line that ends the title; a file without one stays as it is.
 void insert_under_title(const std::string& title_end, const std::string& line, std::string& content) {
@@ -29,8 +25,8 @@ bool can_be_viewed(const Record& record) {
     static const std::set<std::string> modes{"closed_loop", "hard_case"};
     const RunSpec& spec = record.spec;
     return modes.contains(spec.mode) && !spec.response.empty() && spec.overrides.empty() &&
-           std::filesystem::path(spec.scene_file).extension() == ".json" && fact(record, "detector.control") != "yes" &&
-           record.outcome.kind != OutcomeKind::absent && record.outcome.kind != OutcomeKind::unsupported;
+           std::filesystem::path(spec.scene_file).extension() == ".json" &&
+           fact_of(record, "detector.control") != "yes" && !never_ran(record);
 }
 
 std::vector<std::string> viewed_scenes(const std::vector<Record>& records) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "report/inline_text.hpp"
 #include "report/page_one.hpp"
 
 namespace trocar {
@@ -51,8 +52,7 @@ std::string text_at(double x, double y, const std::string& text, const char* ext
 /// A name that is too long for its panel goes on in a second line, broken at a space.
 std::string name_lines(double x, const std::string& name) {
     constexpr std::size_t most = 42;
-    std::string plain = name;
-    std::erase(plain, '`');
+    const std::string plain = without_code(name);
     if (plain.size() <= most) return text_at(x, 30, plain, " font-weight=\"600\"");
     const std::size_t space = plain.rfind(' ', most);
     const std::size_t cut = space == std::string::npos ? most : space;
@@ -194,10 +194,9 @@ void add_worst_tick(Draft& draft, const std::string& worst_tick) {
     force.y_title = "tool force (N)";
     force.small = true;
     for (const WorstTick::Curve& curve : seen.force) {
-        std::string name = curve.name;
-        std::erase(name, '`');
         const int style = static_cast<int>(force.lines.size());
-        force.lines.push_back({.name = name, .colour = style, .dash = style, .points = curve.points});
+        force.lines.push_back(
+            {.name = without_code(curve.name), .colour = style, .dash = style, .points = curve.points});
     }
     draft.figure("worst_tick_force", force, "The force on the tool over the same run.");
 }

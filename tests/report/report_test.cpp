@@ -51,6 +51,7 @@ std::vector<Record> three_methods() {
 Verdict verdict_of(const Results& results) {
     return make_verdict(results, "theirs", "closed_loop", results.scenes("closed_loop"));
 }
+Verdict verdict_of(Results&& results) = delete;  // the rows point into them
 
 TEST(ReadRecords, ManyShortLinesThatAskForManyTicksAreRefusedWithTheFigure) {
     std::string line = to_json_line(Record());
@@ -192,11 +193,13 @@ TEST(Processes, IntervalsOfAReplayReportOfItsTicksToo) {
 
 TEST(Verdict, AControlIsReportedLastAndNeverRanked) {
     std::vector<Record> records = three_methods();
-    const Verdict without = verdict_of(Results(records));
+    const Results without_results(records);
+    const Verdict without = verdict_of(without_results);
     // Better and faster than everybody, as nothing is that does nothing.
     records.push_back(synthetic({.detector = "blind", .first_tick_us = 1, .residual_mm = 0.0, .state_hash = "cc"}));
     records.back().environment["detector.control"] = "yes";
-    const Verdict verdict = verdict_of(Results(records));
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
     ASSERT_EQ(verdict.rows.size(), 4U);
     EXPECT_EQ(verdict.rows[3].method.detector, "blind");
     EXPECT_TRUE(verdict.rows[3].control);
@@ -283,7 +286,8 @@ TEST(Report, ARowThatFailsWithAnotherDetectorHasLostThatScene) {
 
 TEST(Verdict, RowsAreSortedByErrorThenTime) {
     const std::vector<Record> records = three_methods();
-    const Verdict verdict = verdict_of(Results(records));
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
     ASSERT_EQ(verdict.rows.size(), 3U);
     EXPECT_EQ(verdict.rows[0].method.label(), "mine + push (intersection)");
     EXPECT_EQ(verdict.rows[1].method.label(), "theirs + push (intersection)");
@@ -305,10 +309,10 @@ TEST(Verdict, NumbersAreThoseOfTheRecords) {
     // 100/400 and 200/800: the ratio is paired by process, so the slow second process cancels.
     EXPECT_EQ(estimate_text(verdict.rows[0].ratio, 1.0), "0.250 [0.250–0.250]");
     EXPECT_EQ(estimate_text(verdict.rows[2].ratio, 1.0), "0.500 [0.500–0.500]");
-    EXPECT_EQ(verdict.rows[2].true_pairs, 4.0 * 1110);
-    EXPECT_EQ(verdict.rows[2].false_negatives, 2.0 * 1110);
-    EXPECT_EQ(verdict.rows[2].false_positives, 1110.0);
-    EXPECT_DOUBLE_EQ(verdict.rows[2].residual_penetration_max_m, 2e-3);
+    EXPECT_EQ(verdict.rows[2].planned.sum(Metric::true_pairs), 4.0 * 1110);
+    EXPECT_EQ(verdict.rows[2].planned.sum(Metric::false_negatives), 2.0 * 1110);
+    EXPECT_EQ(verdict.rows[2].planned.sum(Metric::false_positives), 1110.0);
+    EXPECT_DOUBLE_EQ(verdict.rows[2].residual_max(), 2e-3);
     // Process against process of the same method is a factor 2 everywhere.
     EXPECT_DOUBLE_EQ(results.noise_floor(), 2.0);
 }
@@ -319,8 +323,9 @@ TEST(Verdict, TearsAreCountedInAColumnOfTheirOwnAndExcuseNoDepth) {
     for (Record& record : records) record.summary[Metric::reference_clears_hard] = 0.0;
     records[0].summary[Metric::ruptures] = 1;
     records[1].summary[Metric::ruptures] = 2;
-    const Verdict verdict = verdict_of(Results(records));
-    EXPECT_NEAR(verdict.rows.front().residual_penetration_max_m, 2e-3, 1e-12);
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
+    EXPECT_NEAR(verdict.rows.front().residual_max(), 2e-3, 1e-12);
     const Table table = verdict_table(verdict, "", 1.0);
     EXPECT_EQ(table.rows.front().cells.at(5), "1.25 / 2.00");
     EXPECT_EQ(table.columns.at(6).header, "tears");
@@ -345,8 +350,8 @@ TEST(Verdict, ResponsesStandInOneOrderHereAndOnPageOne) {
     ASSERT_EQ(rows.size(), 2U);
     EXPECT_EQ(verdict.rows.front().method.response, "even");
     EXPECT_EQ(rows.front().who.front().response, "even");
-    EXPECT_NEAR(verdict.rows.front().residual_penetration_max_m, 1e-3, 1e-12);
-    EXPECT_NEAR(rows.front().residual_penetration_max, 1e-3, 1e-12);
+    EXPECT_NEAR(verdict.rows.front().residual_max(), 1e-3, 1e-12);
+    EXPECT_NEAR(rows.front().residual_max(), 1e-3, 1e-12);
     // The rigid scene has a table of its own.
     EXPECT_EQ(response_rows(draft, false).front().who.front().response, "uneven");
     EXPECT_NE(test::whole(make_report(records)).find("## Responses without tissue"), std::string::npos);
@@ -365,19 +370,35 @@ TEST(Verdict, ARigidSceneDecidesNoTieOfTissueScenes) {
 }
 
 TEST(Verdict, ResponsesAreOrderedByFailuresThenDepthsThenTime) {
-    const ResponseStanding best{.worst = 1e-3, .median = 1e-4, .total_p99_ns = 1e5};
-    const auto behind = [&best](const auto& change) {
-        ResponseStanding other = best;
-        change(other);
-        return response_order(best) < response_order(other);
+    struct Standing {
+        bool control = false;
+        int failed = 0;
+        bool not_run = false;
+        double worst = 1e-3;   // m
+        double median = 1e-4;  // m
+        double p99 = 1e5;      // ns
     };
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.control = true; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.failed = true, r.worst = 0.0; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.not_run = true, r.worst = 0.0; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.worst = 2e-3, r.median = 0.0; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.median = 2e-4, r.total_p99_ns = 0.0; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.total_p99_ns = 2e5; }));
-    EXPECT_TRUE(behind([](ResponseStanding& r) { r.worst = not_known; }));
+    const auto order = [](const Standing& standing) {
+        const Record record;
+        RunFigures run{.record = &record};
+        run[Metric::residual_penetration_max_m] = standing.worst;
+        run[Metric::residual_penetration_median_m] = standing.median;
+        const SceneResult result{.runs = {run}, .p50_resamples = {}, .p99_resamples = {}};
+        VerdictRow row;
+        row.control = standing.control;
+        row.failed_runs = standing.failed;
+        row.judged.results = {&result};
+        row.slowest_p99 = standing.p99;
+        return response_order(row, standing.not_run);
+    };
+    const auto behind = [&order](const Standing& other) { return order({}) < order(other); };
+    EXPECT_TRUE(behind({.control = true}));
+    EXPECT_TRUE(behind({.failed = 1, .worst = 0.0}));
+    EXPECT_TRUE(behind({.not_run = true, .worst = 0.0}));
+    EXPECT_TRUE(behind({.worst = 2e-3, .median = 0.0}));
+    EXPECT_TRUE(behind({.median = 2e-4, .p99 = 0.0}));
+    EXPECT_TRUE(behind({.p99 = 2e5}));
+    EXPECT_TRUE(behind({.worst = not_known}));
 }
 
 TEST(Verdict, AContactAsSoftAsItsSceneAsksIsNoError) {
@@ -387,12 +408,13 @@ TEST(Verdict, AContactAsSoftAsItsSceneAsksIsNoError) {
         synthetic({.scene = "cross", .pair_class = "I2I", .response = "stiff", .residual_mm = 0.1, .state_hash = "b"})};
     records[0].summary[Metric::position_error_worst_equal_k] = 0.2e-3;
     records[1].summary[Metric::position_error_worst_equal_k] = 2.0e-3;
-    const Verdict verdict = verdict_of(Results(records));
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
     const auto soft = std::find_if(verdict.rows.begin(), verdict.rows.end(),
                                    [](const VerdictRow& row) { return row.method.response == "push"; });
     ASSERT_NE(soft, verdict.rows.end());
     EXPECT_NEAR(soft->error, 0.2e-3, 1e-12);
-    EXPECT_NEAR(soft->residual_penetration_max_m, 0.8e-3, 1e-12) << "reported all the same";
+    EXPECT_NEAR(soft->residual_max(), 0.8e-3, 1e-12) << "reported all the same";
 }
 
 TEST(Verdict, TimesOverScenesAreGeometricMeans) {
@@ -401,7 +423,8 @@ TEST(Verdict, TimesOverScenesAreGeometricMeans) {
                                       synthetic({.scene = "b", .first_tick_us = 400}),
                                       synthetic({.scene = "a", .detector = "theirs", .first_tick_us = 200}),
                                       synthetic({.scene = "b", .detector = "theirs", .first_tick_us = 3200})};
-    const Verdict verdict = verdict_of(Results(records));
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
     EXPECT_NEAR(verdict.rows[0].p50.value, 200e3, 1e-6);
     EXPECT_NEAR(verdict.rows[0].ratio.value, 0.25, 1e-12);
 }
@@ -420,7 +443,8 @@ TEST(Verdict, ARatioIsOfTheProcessesThatBothHave) {
                     {.detector = "theirs", .own = false, .repetition = process, .first_tick_us = 400 * factor}));
             }
         }
-        const Verdict verdict = verdict_of(Results(records));
+        const Results results(records);
+        const Verdict verdict = verdict_of(results);
         ASSERT_EQ(verdict.rows.size(), 2U);
         const VerdictRow& mine = verdict.rows.front();
         EXPECT_EQ(mine.method.detector, "mine");
@@ -464,7 +488,8 @@ TEST(Verdict, AFailedSceneLeavesNoMeanAndGoesLast) {
                                  .detector = "theirs",
                                  .own = false,
                                  .outcome = {OutcomeKind::crashed, "signal 11 (Segmentation fault)"}}));
-    const Verdict verdict = verdict_of(Results(records));
+    const Results results(records);
+    const Verdict verdict = verdict_of(results);
     const VerdictRow& last = verdict.rows.back();
     EXPECT_EQ(last.method.label(), "theirs + push (intersection)");
     EXPECT_EQ(last.failed_runs, 1);
@@ -656,9 +681,9 @@ TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreReportedOnce) 
     const std::string markdown = test::whole(make_report(records));
     test::expect_holds(markdown,
                        {"| response | poke |\n", "| hard contact, within the strain limit | no |",
-                        "| `clearing (intersection)` | not cleared (3.00 mm residual) |",
-                        "| `gentle (intersection)` | cleared (4.00 mm at worst before) |",
-                        "| `tearing (intersection)` | rupture reported (2.00 mm residual) |",
+                        "| `clearing` (intersection) | not cleared (3.00 mm residual) |",
+                        "| `gentle` (intersection) | cleared (4.00 mm at worst before) |",
+                        "| `tearing` (intersection) | rupture reported (2.00 mm residual) |",
                         "| I2T | poke | `mine + tearing (intersection)`, moving alike: `twin` | 2.00 | no | 3 |"});
     EXPECT_EQ(markdown.find("| I2T | poke | `twin"), std::string::npos);
     EXPECT_NE(markdown.find("Sub-steps of the integrator per tick (n_sub): 16 on poke."), std::string::npos);
@@ -673,12 +698,12 @@ TEST(Report, ABlindDetectorSaysNothingOfWhatAResponseClears) {
     }
     const auto row = [&records] {
         const std::string markdown = test::whole(make_report(records));
-        const std::size_t at = markdown.find("\n| `push (intersection)` | ");
+        const std::size_t at = markdown.find("\n| `push` (intersection) | ", markdown.find("Which scenes are clear"));
         return at == std::string::npos ? markdown : markdown.substr(at + 1, markdown.find('\n', at + 1) - at - 1);
     };
-    EXPECT_EQ(row(), "| `push (intersection)` | not cleared (9.00 mm residual) |");
+    EXPECT_EQ(row(), "| `push` (intersection) | not cleared (9.00 mm residual) |");
     records[1].environment["detector.control"] = "yes";
-    EXPECT_EQ(row(), "| `push (intersection)` | cleared (4.00 mm at worst before) |");
+    EXPECT_EQ(row(), "| `push` (intersection) | cleared (4.00 mm at worst before) |");
 }
 
 TEST(Report, OutcomesOfOneMotionStandInOneRowThatNamesAll) {
