@@ -1,5 +1,5 @@
-// What ohc promises beyond the contract of every detector (METHODS §14, I1–I8): no setting changes the answer, limits
-// are kept and reported, and a tick allocates nothing.
+// What ohc promises beyond the contract of every detector (METHODS §14, I1–I8): no setting changes the answer, and
+// limits are kept and reported.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -11,7 +11,6 @@
 #include "detect/answers.hpp"
 #include "detect/lattice.hpp"
 #include "detect/ohc_meeting.hpp"
-#include "measure/allocations.hpp"
 #include "support/world_triangles.hpp"
 
 namespace trocar::test {
@@ -499,36 +498,6 @@ TEST(OhcLimits, InstrumentsComeBeforeTheCrowd) {
     EXPECT_EQ(count_touching(after, added),
               std::min(static_cast<std::ptrdiff_t>(added.size()), static_cast<std::ptrdiff_t>(new_of_instrument)));
 }
-
-class OwnDetectors : public testing::TestWithParam<std::string> {};
-
-TEST_P(OwnDetectors, AllocateNothingAfterTheFirstTicks) {
-    if (allocation_count() < 0) GTEST_SKIP() << "a sanitizer has replaced the allocator: nothing is counted";
-    const World world = dipping(0, 20);
-    const auto detector = make_detector(GetParam());
-    detector->prepare(world.topology, world.frame);
-    ContactSet contacts;
-    std::vector<Frame> frames;
-    for (int tick = 0; tick < 12; ++tick) frames.push_back(dipping(tick % 4, 20).frame);
-    std::int64_t before = 0;
-    for (std::size_t tick = 0; tick < frames.size(); ++tick) {
-        if (tick == 8) before = allocation_count();
-        detector->update(frames[tick], 0.0);
-        detector->detect(frames[tick], contacts);
-    }
-    EXPECT_EQ(allocation_count() - before, 0);
-    EXPECT_FALSE(contacts.pairs.empty());
-}
-
-std::vector<std::string> own_detectors() {
-    std::vector<std::string> names;
-    for (const DetectorEntry& entry : registry().detectors()) {
-        if (entry.own) names.push_back(entry.name);
-    }
-    return names;
-}
-INSTANTIATE_TEST_SUITE_P(Every, OwnDetectors, testing::ValuesIn(own_detectors()),
-                         [](const auto& method) { return method.param; });
 
 }  // namespace
 }  // namespace trocar::test
