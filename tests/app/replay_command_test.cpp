@@ -173,18 +173,6 @@ TEST_F(Replay, WithoutTruthTheComparisonIsNull) {
     EXPECT_TRUE(document["detectors"][0]["frames"][1]["false_positives"].is_null());
 }
 
-TEST_F(Replay, AllDetectorsAreHeldAgainstTruth) {
-    const test::ProgramResult result = run(three_frames(), "--detector all --json");
-    EXPECT_EQ(result.status, 0) << result.err;
-    const Json document = Json::parse(result.out);
-    const Json listed = test::json_of("list --json")["detectors"];
-    const auto methods = std::count_if(listed.begin(), listed.end(), [](const Json& one) {
-        return !one["available"].get<bool>() || !one["control"].get<bool>();
-    });
-    EXPECT_EQ(document["detectors"].size(), static_cast<std::size_t>(methods));
-    EXPECT_EQ(document["truth"], Json({0, 1, 1}));
-}
-
 TEST_F(Replay, AFrameThatIsNotFiniteCostsThatTickOnly) {
     test::RecordingText text = three_frames();
     text.positions[18 + 9] = std::numeric_limits<double>::quiet_NaN();  // frame 1, vertex 3

@@ -762,48 +762,5 @@ TEST(KnownResponseGaps, NameOnlyResponsesAndChecksThatExist) {
     }
 }
 
-// ------------------------------------------------------------------ the output is checked as well
-
-/// Does one wrong thing at tick 3.
-class Wrong final : public Response {
-public:
-    enum class What { vertex, normal, position_correction };
-    explicit Wrong(What what) : what_(what) {}
-    void prepare(const Topology& topology, const Materials& /*materials*/) override { topology_ = &topology; }
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
-        output.clear();
-        if (frame.tick != 3) return;
-        ContactForceLaw contact;
-        contact.vertices[0] = what_ == What::vertex ? topology_->vertex_count : 0;
-        contact.weights[0] = 1.0;
-        contact.normal = Vector3::UnitZ();
-        if (what_ == What::normal) contact.normal[1] = std::nan("");
-        contact.k = 100.0;
-        contact.gap = -1e-3;
-        output.contacts.push_back(contact);
-        if (what_ == What::position_correction) output.position_corrections.push_back({.vertex = -3});
-    }
-
-private:
-    What what_;
-    const Topology* topology_ = nullptr;
-};
-
-TEST(OutputCheck, WhatCannotBeHasANamedOutcome) {
-    using What = Wrong::What;
-    const Scene scene = quick_scene("i2t_drag", 8.0);
-    for (const auto& [what, kind] : {std::pair{What::vertex, OutcomeKind::threw},
-                                     {What::normal, OutcomeKind::not_finite},
-                                     {What::position_correction, OutcomeKind::threw}}) {
-        Simulation simulation(scene, make_detector("brute_force"), std::make_unique<Wrong>(what),
-                              registry().contact_generator("intersection"));
-        for (int tick = 0; tick < 3; ++tick) ASSERT_EQ(simulation.step().outcome, OutcomeKind::ok);
-        EXPECT_EQ(simulation.step().outcome, kind);
-        EXPECT_EQ(simulation.outcome().message.rfind("respond: ", 0), 0U) << simulation.outcome().message;
-        EXPECT_TRUE(simulation.frame().all_finite());
-    }
-}
-
 }  // namespace
 }  // namespace trocar::test
