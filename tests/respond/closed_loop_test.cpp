@@ -13,17 +13,17 @@ using test::ClosedLoop;
 using test::LoopBody;
 using test::make_shaft;
 using test::make_sheet;
-using test::Mesh;
 using test::PairSample;
+using test::Shape;
 using test::vertex_of_a_in_b;
 using test::vertex_of_b_in_a;
 
 TEST(UnilateralRigid, BoneSpikeUnderTissueLiftsItAndFaithfulIgnoresIt) {
     // The spike points up through the sheet; only its own vertices enter tissue faces.
     const auto run = [](const std::string& method) {
-        test::Mesh spike = make_shaft(0.0015, 0.03, 6, 0.02);
-        for (Vector3& p : spike.points) p = Vector3(p.x(), -p.y(), -p.z());  // turned over: outer normals stay outer
-        for (Vector3& p : spike.points) p += Vector3(0.0011, 0.0007, -0.001);
+        test::Shape spike = make_shaft(0.0015, 0.03, 6, 0.02);
+        for (Vector3& p : spike.vertices) p = Vector3(p.x(), -p.y(), -p.z());  // turned over: outer normals stay outer
+        spike.move({0.0011, 0.0007, -0.001});
         ClosedLoop loop(
             {LoopBody{.name = "bone",
                       .mesh = spike,
@@ -82,10 +82,6 @@ double highest_above(const ClosedLoop& loop, std::size_t lower, std::size_t uppe
 }
 
 TEST(TissueTissue, SheetsPressedOnEachOtherKeepTheirOrderInUnilateral) {
-    const auto lowered = [](Mesh mesh, const Vector3& by) {
-        for (Vector3& point : mesh.points) point += by;
-        return mesh;
-    };
     const auto worst = [&](const std::string& method) {
         ClosedLoop loop(
             {LoopBody{.name = "tool",
@@ -96,11 +92,11 @@ TEST(TissueTissue, SheetsPressedOnEachOtherKeepTheirOrderInUnilateral) {
              LoopBody{.name = "middle",
                       .kind = BodyKind::tissue,
                       .closed = false,
-                      .mesh = lowered(make_sheet(17, 0.0055), Vector3(0.0017, 0.0009, -0.002))},
+                      .mesh = make_sheet(17, 0.0055).move(Vector3(0.0017, 0.0009, -0.002))},
              LoopBody{.name = "lower",
                       .kind = BodyKind::tissue,
                       .closed = false,
-                      .mesh = lowered(make_sheet(15, 0.006), Vector3(0.001, 0.0004, -0.004))}},
+                      .mesh = make_sheet(15, 0.006).move(Vector3(0.001, 0.0004, -0.004))}},
             method);
         double most = 0.0;
         for (int tick = 0; tick < 300; ++tick) {

@@ -25,8 +25,8 @@ using test::edges_crossing;
 using test::LoopBody;
 using test::make_shaft;
 using test::make_sheet;
-using test::Mesh;
 using test::PairSample;
+using test::Shape;
 using test::vertex_of_a_in_b;
 using test::vertex_of_b_in_a;
 
@@ -267,8 +267,8 @@ TEST(Rest, WithoutDepthAndSpeedThereIsNoForceInAnyProfile) {
 /// below a sheet slides 1.6 mm in steps of `step`. The sheet is wavy, or two slopes that meet at x = 0 in a ridge (fold
 /// < 0) or a valley.
 double roughness(const std::string& method, double step, double start_x, double fold = 0.0) {
-    Mesh sheet = make_sheet(8, 0.005);
-    for (Vector3& p : sheet.points) {
+    Shape sheet = make_sheet(8, 0.005);
+    for (Vector3& p : sheet.vertices) {
         p.z() = fold == 0.0 ? 0.0008 * std::sin(300.0 * p.x()) * std::cos(260.0 * p.y() + 0.4) : fold * std::abs(p.x());
     }
     ClosedLoop loop = test::tool_on_tissue(make_shaft(0.0002, 0.02, 4, 0.018), {}, sheet, method);
@@ -344,12 +344,12 @@ TEST(Continuity, GapCorrectedForceTurnsOverARidgeAndGrowsInAValleyWithoutAJump) 
 /// Sum of the contact stiffness, N/m, between a flat plate 0.5 mm below a sheet's plane and the sheet, with the
 /// plate's cells of the given number.
 double total_stiffness(const std::string& method, int cells) {
-    Mesh plate = make_sheet(cells, 0.012 / cells);  // its vertices enter the sheet's faces from above
-    for (Vector3& p : plate.points)
+    Shape plate = make_sheet(cells, 0.012 / cells);  // its vertices enter the sheet's faces from above
+    for (Vector3& p : plate.vertices)
         p += Vector3(0.0011, 0.0007, -0.0005 + 1e-5 * std::sin(900.0 * p.x() + 700.0 * p.y()));
     for (auto& t : plate.triangles) std::swap(t[1], t[2]);
     // Walls up from the plate's rim make it cross the sheet.
-    Mesh tool = plate;
+    Shape tool = plate;
     test::add_walls(tool, Vector3(0, 0, 0.01));
     ClosedLoop loop({LoopBody{.name = "plate", .kind = BodyKind::instrument, .closed = false, .mesh = tool},
                      LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(8, 0.01)}},
@@ -418,8 +418,8 @@ std::function<double(const std::string&)> measured(PairSample (*make)(BodyKind, 
 /// Something about the last of `ticks` ticks of a needle driven 6 mm into a wavy sheet.
 std::function<double(const std::string&)> stabbed(int ticks, const std::function<double(const ClosedLoop&)>& measure) {
     return [=](const std::string& method) {
-        Mesh sheet = make_sheet(8, 0.005);
-        for (Vector3& p : sheet.points) p.z() = 0.0006 * std::sin(300.0 * p.x()) * std::cos(260.0 * p.y() + 0.4);
+        Shape sheet = make_sheet(8, 0.005);
+        for (Vector3& p : sheet.vertices) p.z() = 0.0006 * std::sin(300.0 * p.x()) * std::cos(260.0 * p.y() + 0.4);
         ClosedLoop loop = test::tool_on_tissue(
             make_shaft(0.0025, 0.06, 8, 0.01),
             [](double t) { return Vector3(0.0011, 0.0007, std::max(0.002 - 1.1 * t, -0.006)); }, sheet, method);
