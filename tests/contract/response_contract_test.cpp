@@ -16,6 +16,7 @@
 #include "contract/stepper_methods.hpp"
 #include "measure/allocations.hpp"
 #include "simulate/simulation.hpp"
+#include "support/materials.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar::test {
@@ -407,15 +408,7 @@ std::string order_of_triangles(const ResponseMethod& who) {
 }
 
 Materials plain_materials(const Topology& topology) {
-    Materials materials;
-    const std::size_t n = at(topology.vertex_count);
-    materials.rest_bias = Matrix3X::Zero(3, topology.vertex_count);
-    materials.pinned.assign(n, 0);
-    materials.mass.assign(n, 0.0);
-    materials.area.assign(n, 0.0);
-    materials.drag.assign(n, 0.0);
-    materials.mean_stiffness.assign(n, 0.0);
-    materials.triangle_stiffness.assign(at(topology.triangle_count()), 0.0);
+    Materials materials = empty_materials(topology);
     for (const BodyRange& body : topology.bodies) {
         if (body.kind != BodyKind::tissue) continue;
         for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
@@ -425,9 +418,6 @@ Materials plain_materials(const Topology& topology) {
         }
         for (Index t = body.triangles.first; t < body.triangles.end(); ++t) materials.triangle_stiffness[at(t)] = 100.0;
     }
-    materials.contact_laws.assign(topology.body_pairs.size(), {});
-    materials.trocar_point.assign(topology.bodies.size(), std::nullopt);
-    materials.tip.assign(topology.bodies.size(), Vector3::Zero());
     return materials;
 }
 

@@ -16,6 +16,7 @@
 #include "method/registry.hpp"
 #include "scene/world.hpp"
 #include "simulate/rupture.hpp"
+#include "support/materials.hpp"
 #include "support/meshes.hpp"
 #include "support/shown_force.hpp"
 #include "tissue/mass_spring.hpp"
@@ -209,15 +210,7 @@ private:
         constexpr double density_thickness = 1060.0 * 0.003;
         constexpr double preload = 0.2;
         const auto n = static_cast<std::size_t>(topology.vertex_count);
-        materials.mass.assign(n, 0.0);
-        materials.area.assign(n, 0.0);
-        materials.pinned.assign(n, 0);
-        materials.drag.assign(n, 0.0);
-        materials.mean_stiffness.assign(n, 0.0);
-        materials.triangle_stiffness.assign(static_cast<std::size_t>(topology.triangle_count()), 0.0);
-        materials.contact_laws.assign(topology.body_pairs.size(), {});
-        materials.trocar_point.assign(bodies_.size(), std::nullopt);
-        materials.tip.assign(bodies_.size(), Vector3::Zero());
+        materials = empty_materials(topology);
         std::map<std::pair<Index, Index>, double> edges;
         for (std::size_t b = 0; b < bodies_.size(); ++b) {
             if (bodies_[b].kind != BodyKind::tissue) continue;
@@ -275,7 +268,6 @@ private:
                     materials.triangle_stiffness[static_cast<std::size_t>(t)] += found->second / 3.0;
             }
         }
-        materials.rest_bias = Matrix3X::Zero(3, topology.vertex_count);
         Matrix3X force;
         internal_force(materials, frame.position, frame.velocity, force);
         for (std::size_t v = 0; v < n; ++v) {

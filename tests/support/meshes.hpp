@@ -60,6 +60,9 @@ struct Shape {
     }
 };
 
+/// Of a body that is one triangle.
+inline const Triangles one_triangle = matrix_of(Faces{{0, 1, 2}});
+
 struct TriangleMesh {
     Matrix3X position;
     Triangles triangles;
