@@ -53,8 +53,6 @@ TEST(Ohc, NoSettingChangesTheAnswer) {
     }
 }
 
-/// The bits of the first level stand for many cells each here: a triangle with far too many cells for the lattice lies
-/// in one bit, in every body.
 TEST(Ohc, AQueryDistanceOfManyCellsIsNotPutIntoCells) {
     World world = make_world("shaft, slab and a soup",
                              {{BodyKind::instrument, shaft(0.004, 0.1, 10, 20).move({0.001, 0.0003, -0.012})},
@@ -72,19 +70,6 @@ TEST(Ohc, AQueryDistanceOfManyCellsIsNotPutIntoCells) {
         EXPECT_EQ(found.pairs, expected.pairs) << query_distance;
         EXPECT_EQ(found.near, expected.near) << query_distance;
         EXPECT_LT(found.work.cells_visited, 2'000'000) << query_distance;
-    }
-}
-
-TEST(Ohc, TrianglesOfManyCellsInOneBitAreAnswered) {
-    const World world = make_world("fine soups", {{BodyKind::instrument, soup(300, 0.003, 0.1, 61)},
-                                                  {BodyKind::tissue, soup(300, 0.003, 0.1, 62)},
-                                                  {BodyKind::tissue, sheet(0.2, 24)},
-                                                  {BodyKind::tissue, soup(50, 0.02, 0.1, 63).move({1.0, 0.9, 0.8})},
-                                                  {BodyKind::tissue, soup(50, 0.02, 0.1, 64).move({1.0, 0.9, 0.8})}});
-    const Pairs expected = pairs_of_oracle(world);
-    ASSERT_GT(expected.size(), 10U);
-    for (const char* cell : {"1e-5", "1e-9"}) {
-        EXPECT_EQ(answer(world, {{"cell", cell}}).pairs, expected) << cell;
     }
 }
 
@@ -213,24 +198,6 @@ TEST(TriangleCells, BoxesHoldTheCornersTheirPathAndWhatIsAroundThemAndNothingEls
                 EXPECT_EQ(p.range.high[axis], cells.lattice().number(p.high[k], axis));
             }
         }
-    }
-}
-
-/// Bodies that hit five others and more, each in another place.
-TEST(Ohc, ABodyAmongManyNeighboursIsAnswered) {
-    std::vector<Part> parts{{BodyKind::tissue, sheet(0.3, 30)}};
-    for (int i = 0; i < 9; ++i) {
-        const double x = 0.1 * (i % 3 - 1);
-        const double y = 0.1 * (i / 3 - 1);
-        parts.push_back({i % 2 == 0 ? BodyKind::instrument : BodyKind::tissue,
-                         soup(60, 0.02, 0.06, 80U + static_cast<unsigned>(i)).move({x, y, 0.0})});
-    }
-    World world = make_world("neighbours", parts);
-    const Pairs expected = pairs_of_oracle(world);
-    ASSERT_GT(expected.size(), 50U);
-    for (const Settings& settings :
-         {Settings{}, Settings{{"margin", "0.003"}}, Settings{{"swept", "on"}}, Settings{{"max_pairs", "1000000"}}}) {
-        EXPECT_EQ(answer(world, settings).pairs, expected);
     }
 }
 
@@ -403,17 +370,6 @@ TEST_P(Limits, WorkStaysWithinTheBudgetAndTheCutIsReported) {
         }
     }
     EXPECT_FALSE(answer(world, {{"work_budget", std::to_string(4 * whole.work.work())}}, GetParam()).truncated);
-}
-
-TEST_P(Limits, MaximumOfPairsIsKeptAndReported) {
-    const World world = dipping(0, 20);
-    const Pairs whole = answer(world, {}, GetParam()).pairs;
-    for (const std::size_t most : {std::size_t{0}, std::size_t{1}, std::size_t{7}, whole.size() - 1}) {
-        const ContactSet contacts = answer(world, {{"max_pairs", std::to_string(most)}}, GetParam());
-        EXPECT_EQ(contacts.pairs.size(), most);
-        EXPECT_TRUE(contacts.truncated);
-    }
-    EXPECT_FALSE(answer(world, {{"max_pairs", std::to_string(whole.size() + 1000)}}, GetParam()).truncated);
 }
 
 INSTANTIATE_TEST_SUITE_P(Ohc, Limits, testing::Values("ohc", "ohc_clustered"));
