@@ -15,7 +15,6 @@ using test::make_shaft;
 using test::make_sheet;
 using test::PairSample;
 using test::Shape;
-using test::vertex_of_a_in_b;
 using test::vertex_of_b_in_a;
 
 TEST(UnilateralRigid, BoneSpikeUnderTissueLiftsItAndFaithfulIgnoresIt) {
@@ -59,15 +58,6 @@ TEST(TissueTissue, AnEvenNumberOfPairsCancelsInFaithfulAndNotInCorrected) {
     EXPECT_DOUBLE_EQ(closing_speed("thesis:profile=corrected", 2), once);
 }
 
-TEST(TissueTissue, CorrectedLeavesPartingTissueAlone) {
-    for (const double speed : {-0.4, 0.4}) {
-        PairSample s = vertex_of_b_in_a(BodyKind::tissue, BodyKind::tissue);
-        s.frame.velocity.col(3) = Vector3(0.0, 0.1, speed);
-        s.respond("thesis:profile=corrected");
-        EXPECT_EQ(s.output.position_corrections.empty(), speed > 0.0);
-    }
-}
-
 /// How far a vertex of the lower sheet stands above the upper one's surface, m; the most of all, over the plan.
 double highest_above(const ClosedLoop& loop, std::size_t lower, std::size_t upper) {
     double most = -std::numeric_limits<double>::infinity();
@@ -107,21 +97,6 @@ TEST(TissueTissue, SheetsPressedOnEachOtherKeepTheirOrderInUnilateral) {
         return most;
     };
     EXPECT_LT(worst("unilateral"), 1e-4);
-}
-
-TEST(RigidTissue, FaithfulProjectsTissueVerticesAndIgnoresTheRest) {
-    PairSample s = vertex_of_b_in_a(BodyKind::rigid, BodyKind::tissue);
-    s.frame.previous.col(3) = Vector3(0.003, 0.005, 0.0005);
-    s.frame.velocity.col(3) = Vector3(1.0, 0.0, -1.0);
-    s.respond("thesis");
-    ASSERT_EQ(s.output.position_corrections.size(), 1U);
-    EXPECT_LT((s.output.position_corrections[0].position - Vector3(0.0035, 0.005, 0.0)).norm(), 1e-15);
-    EXPECT_LT((s.output.position_corrections[0].velocity - Vector3(1.0, 0.0, 0.0)).norm(), 1e-15);
-    PairSample other = vertex_of_a_in_b(BodyKind::rigid, BodyKind::tissue);
-    other.respond("thesis");
-    EXPECT_EQ(other.output.skipped_for(SkipReason::not_handled), 1);
-    other.respond("thesis:profile=corrected,n_back=0");
-    EXPECT_EQ(other.output.contacts.size(), 1U);
 }
 
 TEST(EveryResponse, EveryDeclaredChoiceRunsAndStaysFinite) {

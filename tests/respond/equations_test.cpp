@@ -49,31 +49,6 @@ TEST(Equation37, PathInThePlaneOrWithoutLengthHasNoHit) {
         path_hit({Vector3::Zero(), Vector3::Zero(), Vector3::Zero()}, Vector3(0, 0, 1), Vector3(0, 0, -1)).found);
 }
 
-TEST(Equation38, LeavesNoClosingSpeedAndTheTangentAlone) {
-    RandomVectors random;
-    for (int i = 0; i < 1000; ++i) {
-        const Vector3 n = random.next().normalized();
-        const Vector3 v1 = random.next();
-        const Vector3 v2 = random.next();
-        const Vector3 after = projected_velocity(v1, v2, n, 0.0);
-        EXPECT_GE(relative_normal_velocity(v1, after, n), -1e-12);
-        EXPECT_LT(((after - v2) - (after - v2).dot(n) * n).norm(), 1e-14);
-        EXPECT_TRUE(relative_normal_velocity(v1, v2, n) < 0.0 || after == v2);
-        // e = 1 turns the relative normal velocity round.
-        const Vector3 bounced = projected_velocity(v1, v2, n, 1.0);
-        EXPECT_NEAR(relative_normal_velocity(v1, bounced, n), std::abs(relative_normal_velocity(v1, v2, n)), 1e-13);
-        EXPECT_EQ(rigid_projected_velocity(v2, n, 0.0), projected_velocity(Vector3::Zero(), v2, n, 0.0));
-    }
-}
-
-TEST(Equation38, EquilibriumOfOneSpringIsItsForce) {
-    const NeighbourSpring spring{.neighbour = Vector3(0, 0, 0.3), .rest = 0.1, .k = 50.0, .preload = 2.0};
-    const Vector3 force = equilibrium_force(Vector3::Zero(), Vector3::Zero(), {&spring, 1}, Vector3(0, 0, -1.0));
-    EXPECT_NEAR(force.z(), 50.0 * 0.2 + 2.0 - 1.0, 1e-13);
-    EXPECT_EQ(pressing_part(force, Vector3::UnitZ()), Vector3(Vector3::Zero()));
-    EXPECT_EQ(pressing_part(force, -Vector3::UnitZ()), force);
-}
-
 TEST(Equation38, EquilibriumSumsStretchPreloadAndDamperAlongEachSpring) {
     // By hand: a neighbour 0.5 m along (0.6, 0.8, 0) that leaves at 0.5 m/s relative to the vertex, and one 0.1 m along
     // -z, shorter than at rest, that comes nearer at 0.2 m/s.

@@ -214,6 +214,7 @@ TEST(TissueTissue, EachApplicationKeepsMomentumAndNeverAddsEnergy) {
             double before = 0.0;
             double after = 0.0;
             for (int v = 0; v < 6; ++v) before += weight.at(at(v)) * s.frame.velocity(2, v);
+            EXPECT_EQ(s.output.position_corrections.empty(), before >= 0.0) << "what parts is left alone";
             after = before;
             for (const PositionCorrection& one : s.output.position_corrections) {
                 const double gained = one.velocity.z() - s.frame.velocity(2, one.vertex);
