@@ -114,13 +114,6 @@ TEST_F(DetectCommand, AllHoldsEveryDetectorAgainstTheOracle) {
     for (const Json& known : list) EXPECT_NE(table.out.find(known.at("name").get<std::string>()), std::string::npos);
 }
 
-TEST_F(DetectCommand, TruthIsGivenForOneDetectorOnDemand) {
-    const ProgramResult result = run("--truth --json --detector brute_force");
-    EXPECT_EQ(result.status, 0);
-    EXPECT_EQ(Json::parse(result.out).at("truth"), 3);
-    EXPECT_EQ(row(result, "brute_force").at("false_negatives"), 0);
-}
-
 TEST_F(DetectCommand, OneDetectorPrintsAPairPerLine) {
     const ProgramResult result = run("--pose-b \"0 0 -1 0 0 0\"");
     EXPECT_EQ(result.status, 0);

@@ -131,13 +131,6 @@ TEST(Simulation, ScriptedBodyFollowsItsPosesExactly) {
     EXPECT_EQ(simulation.frame().hash(), simulation.seen().hash()) << "nothing advances without a response";
 }
 
-TEST(Simulation, FirstTickSeesTheFirstFrame) {
-    const Scene scene = scene_from_text(poke_text());
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
-    simulation.step();
-    EXPECT_EQ(simulation.seen().position, scene.first.position);
-}
-
 TEST(Simulation, OnlyStagesThatTheSceneNamesArePresent) {
     const Scene tissue = scene_from_text(poke_text());
     Simulation with(tissue, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
@@ -254,11 +247,9 @@ TEST(Simulation, ReplayAnswersLikeTheLoopThatMadeTheFrames) {
 
 TEST(QueryDistance, IsTheMarginDoubledUntilItHoldsWhatMayCome) {
     // One triangle of tissue with sides of 3, 4 and 5 mm: a mean edge of 4 mm, a margin of 1 mm.
-    Triangles one(3, 1);
-    one.col(0) << 0, 1, 2;
     Scene scene;
-    scene.topology = make_topology(
-        {Body{.name = "one", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one}});
+    scene.topology = make_topology({Body{
+        .name = "one", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = test::one_triangle}});
     scene.first.position = Matrix3X::Zero(3, 3);
     scene.first.position(0, 1) = 0.003;
     scene.first.position(1, 2) = 0.004;
