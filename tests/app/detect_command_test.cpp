@@ -3,14 +3,12 @@
 
 #include "geometry/mesh_file.hpp"
 #include "support/commands.hpp"
-#include "support/data.hpp"
 
 namespace trocar {
 namespace {
 
 using test::ProgramResult;
 using test::run_program;
-using test::run_successfully;
 using Json = nlohmann::json;
 
 // A face with a small one far away before it, so that numbers are not all zero.
@@ -116,13 +114,6 @@ TEST_F(DetectCommand, AllHoldsEveryDetectorAgainstTheOracle) {
     for (const Json& known : list) EXPECT_NE(table.out.find(known.at("name").get<std::string>()), std::string::npos);
 }
 
-TEST_F(DetectCommand, TruthIsGivenForOneDetectorOnDemand) {
-    const ProgramResult result = run("--truth --json --detector brute_force");
-    EXPECT_EQ(result.status, 0);
-    EXPECT_EQ(Json::parse(result.out).at("truth"), 3);
-    EXPECT_EQ(row(result, "brute_force").at("false_negatives"), 0);
-}
-
 TEST_F(DetectCommand, OneDetectorPrintsAPairPerLine) {
     const ProgramResult result = run("--pose-b \"0 0 -1 0 0 0\"");
     EXPECT_EQ(result.status, 0);
@@ -186,19 +177,6 @@ TEST_F(DetectCommand, ADetectorThatTakesTooLongIsTimedOutAndStatusThree) {
     EXPECT_EQ(row(result, "ohc").at("outcome"), "timed_out");
     EXPECT_TRUE(row(result, "ohc").at("detect_ns").is_null());
     EXPECT_EQ(run("--detector all --time-limit 1e-9").status, 0);
-}
-
-TEST_F(DetectCommand, LiverAndShaftAgreeWithTheOracle) {
-    TROCAR_DATA_OR_SKIP(folder, "meshes");
-    const ProgramResult result =
-        run_successfully("detect " + (folder / "liver_collision.stl").string() + " " +
-                         (folder / "maryland/instrument_shaft.stl").string() +
-                         " --scale-b 0.001 --pose-b \"-0.02 -0.05 0.3 10 5 0\" --detector all --json");
-    EXPECT_GT(Json::parse(result.out).at("truth").get<int>(), 10);
-    for (const char* name : {"ohc", "brute_force"}) {
-        EXPECT_EQ(row(result, name).at("false_negatives"), 0);
-        EXPECT_EQ(row(result, name).at("false_positives"), 0);
-    }
 }
 
 }  // namespace

@@ -85,13 +85,6 @@ TEST_F(ExitStatus, ExplainIsThreeWhereTheResponseFailsBeforeTheTick) {
     }
 }
 
-TEST_F(ExitStatus, RunIsThreeForAResponseThatFails) {
-    const ProgramResult result =
-        with_liars("run " + write("poke.json", test::poke_text()) + " --response quitter --ticks 20");
-    EXPECT_EQ(result.status, 3);
-    EXPECT_NE((result.out + result.err).find("had enough"), std::string::npos) << result.out << result.err;
-}
-
 TEST_F(ExitStatus, AMetamorphicTestOfADetectorThatRefusesReportsTheRefusal) {
     write("poke.json", test::poke_text());
     const std::string study = write("study.json", R"({"format":"trocar-study-3","name":"refused",

@@ -56,7 +56,7 @@ TEST(Respond, ClosedFormsOfRestAndOfManyStepsAreMet) {
          {"expected", {{"depth", depth}, {"z", -0.5 - depth}, {"in_contact", true}}},
          {"tolerance", {{"rel", 1e-6}, {"abs", 1e-9}}}},
         {{"id", "osc-x"},
-         {"input", {{"m", 1.0}, {"k", 25.0}, {"h", 0.1}, {"x0", 0.3}, {"v0", 0.0}, {"steps", 20000}}},
+         {"input", {{"m", 1.0}, {"k", 25.0}, {"h", 0.1}, {"x0", 0.3}, {"v0", 0.0}, {"steps", 1000000}}},
          {"expected",
           {{"omega_h", 0.5},
            {"numerical_frequency_ratio", 2.0 * std::asin(0.25) / 0.5},
@@ -161,17 +161,6 @@ TEST(Respond, ResultBeyondADoubleHasAName) {
     const Json result = respond_to({{{"id", "wrench-mine"}, {"input", input}}}).json["cases"][0];
     EXPECT_TRUE(result["got"]["M_about_tip"][2].is_null());
     EXPECT_EQ(result["message"].get<std::string>().substr(0, 12), "not_finite: ");
-}
-
-TEST(Respond, BothSignsOf36AreGiven) {
-    const Json input{{"tri_instrument", {{0.2, 0.2, -0.1}, {0.2, 0.3, 1}, {0.3, 0.2, 1}}},
-                     {"tri_tissue", {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}},
-                     {"vel_instrument", {{0, 0, -2}, {0, 0, 0}, {0, 0, 0}}},
-                     {"k", 10.0},
-                     {"mu", 0.25}};
-    const Json got = respond_to({{{"id", "3.6-mine"}, {"input", input}}}).json["cases"][0]["got"];
-    EXPECT_NEAR(got["F_scalar_dissipative"].get<double>(), 1.5, 1e-14);
-    EXPECT_NEAR(got["F_scalar_literal"].get<double>(), 0.5, 1e-14);
 }
 
 TEST(Respond, MissedCasesFailAndAdvisoryOnesAreCountedApart) {

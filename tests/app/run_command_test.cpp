@@ -209,22 +209,6 @@ TEST_F(RunCommand, RecordingNeverReplacesAPipeOrDevice) {
     EXPECT_TRUE(std::filesystem::is_fifo(pipe));
 }
 
-TEST_F(RunCommand, ResponseThatCannotReadNativeContactsEndsWithThree) {
-    const auto native = [](const DetectorEntry& entry) { return entry.native_contacts; };
-    const std::vector<DetectorEntry>& detectors = registry().detectors();
-    const auto detector = std::find_if(detectors.begin(), detectors.end(), native);
-    if (detector == detectors.end()) GTEST_SKIP() << "this build has no detector with native contacts";
-    const std::string arguments = "run " + scene_ + " --contacts native --json --detector " + detector->name;
-    const test::ProgramResult thesis = run_program(arguments + " --response thesis");
-    EXPECT_EQ(thesis.status, 3) << thesis.err;
-    const Json json = Json::parse(thesis.out);
-    EXPECT_EQ(json.at("outcome"), "unsupported");
-    test::expect_holds(json.at("message").get<std::string>(),
-                       {"from contacts tracked_proximity, proximity, intersection, not from 'native'"});
-    EXPECT_TRUE(json.at("rows").empty());
-    EXPECT_EQ(json_of(arguments + " --response penalty").at("outcome"), "ok");
-}
-
 TEST_F(RunCommand, InterruptedRunEndsWithOneHundredAndThirty) {
     const std::string file = (folder_.path() / "half.trocrec").string();
     const pid_t child = fork();

@@ -16,6 +16,7 @@
 #include "contract/stepper_methods.hpp"
 #include "measure/allocations.hpp"
 #include "simulate/simulation.hpp"
+#include "support/materials.hpp"
 #include "support/scene_samples.hpp"
 
 namespace trocar::test {
@@ -407,15 +408,7 @@ std::string order_of_triangles(const ResponseMethod& who) {
 }
 
 Materials plain_materials(const Topology& topology) {
-    Materials materials;
-    const std::size_t n = at(topology.vertex_count);
-    materials.rest_bias = Matrix3X::Zero(3, topology.vertex_count);
-    materials.pinned.assign(n, 0);
-    materials.mass.assign(n, 0.0);
-    materials.area.assign(n, 0.0);
-    materials.drag.assign(n, 0.0);
-    materials.mean_stiffness.assign(n, 0.0);
-    materials.triangle_stiffness.assign(at(topology.triangle_count()), 0.0);
+    Materials materials = empty_materials(topology);
     for (const BodyRange& body : topology.bodies) {
         if (body.kind != BodyKind::tissue) continue;
         for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
@@ -425,9 +418,6 @@ Materials plain_materials(const Topology& topology) {
         }
         for (Index t = body.triangles.first; t < body.triangles.end(); ++t) materials.triangle_stiffness[at(t)] = 100.0;
     }
-    materials.contact_laws.assign(topology.body_pairs.size(), {});
-    materials.trocar_point.assign(topology.bodies.size(), std::nullopt);
-    materials.tip.assign(topology.bodies.size(), Vector3::Zero());
     return materials;
 }
 
@@ -759,49 +749,6 @@ TEST(KnownResponseGaps, NameOnlyResponsesAndChecksThatExist) {
             std::any_of(std::begin(checks), std::end(checks), [&n = name](const Check& c) { return n == c.name; }))
             << name;
         EXPECT_FALSE(reason.empty()) << method;
-    }
-}
-
-// ------------------------------------------------------------------ the output is checked as well
-
-/// Does one wrong thing at tick 3.
-class Wrong final : public Response {
-public:
-    enum class What { vertex, normal, position_correction };
-    explicit Wrong(What what) : what_(what) {}
-    void prepare(const Topology& topology, const Materials& /*materials*/) override { topology_ = &topology; }
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
-        output.clear();
-        if (frame.tick != 3) return;
-        ContactForceLaw contact;
-        contact.vertices[0] = what_ == What::vertex ? topology_->vertex_count : 0;
-        contact.weights[0] = 1.0;
-        contact.normal = Vector3::UnitZ();
-        if (what_ == What::normal) contact.normal[1] = std::nan("");
-        contact.k = 100.0;
-        contact.gap = -1e-3;
-        output.contacts.push_back(contact);
-        if (what_ == What::position_correction) output.position_corrections.push_back({.vertex = -3});
-    }
-
-private:
-    What what_;
-    const Topology* topology_ = nullptr;
-};
-
-TEST(OutputCheck, WhatCannotBeHasANamedOutcome) {
-    using What = Wrong::What;
-    const Scene scene = quick_scene("i2t_drag", 8.0);
-    for (const auto& [what, kind] : {std::pair{What::vertex, OutcomeKind::threw},
-                                     {What::normal, OutcomeKind::not_finite},
-                                     {What::position_correction, OutcomeKind::threw}}) {
-        Simulation simulation(scene, make_detector("brute_force"), std::make_unique<Wrong>(what),
-                              registry().contact_generator("intersection"));
-        for (int tick = 0; tick < 3; ++tick) ASSERT_EQ(simulation.step().outcome, OutcomeKind::ok);
-        EXPECT_EQ(simulation.step().outcome, kind);
-        EXPECT_EQ(simulation.outcome().message.rfind("respond: ", 0), 0U) << simulation.outcome().message;
-        EXPECT_TRUE(simulation.frame().all_finite());
     }
 }
 

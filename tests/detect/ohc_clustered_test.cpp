@@ -169,15 +169,6 @@ TEST(Clusters, BlocksArePartsOfTheOrderWithoutJumps) {
     }
 }
 
-TEST(OhcClustered, VertexOrderMakesNoDifference) {
-    const World world = dipping(0, 30);
-    const auto expected = answer(world, {}, "brute_force").pairs;
-    ASSERT_GT(expected.size(), 20U);
-    for (const char* order : {"auto", "given", "local"}) {
-        EXPECT_EQ(answer(world, {{"order", order}}).pairs, expected) << order;
-    }
-}
-
 TEST(OhcClustered, VectorsMakeNoDifference) {
     const World world = dipping(0, 30);
     const ContactSet best = answer(world);

@@ -40,14 +40,6 @@ struct Surface {
     [[nodiscard]] OrientationReport report() const { return orientation_of(vertices, matrix()); }
 };
 
-TEST(MeshOrientation, ACubeIsRight) {
-    const OrientationReport report = Surface().cube({1, 2, 3}, 2.0).report();
-    EXPECT_TRUE(report.closed);
-    EXPECT_EQ(report.disagreeing_edges, 0);
-    EXPECT_TRUE(report.to_turn.empty());
-    EXPECT_TRUE(report.inside_out.empty());
-}
-
 TEST(MeshOrientation, OneTurnedTriangleIsNamedWithItsThreeEdges) {
     for (std::size_t t = 0; t < cube_faces.size(); ++t) {
         const OrientationReport report = Surface().cube({1, 2, 3}, 2.0).turn(t).report();
@@ -82,6 +74,7 @@ TEST(MeshOrientation, ASheetOnItsOwnBackEnclosesNothing) {
 TEST(MeshOrientation, CubesGluedAtFacesAndEdgesAgree) {
     for (const Vector3& second : {Vector3(1, 0, 0), Vector3(1, 1, 0), Vector3(1, 1, 1)}) {
         const OrientationReport report = Surface().cube({0, 0, 0}, 1.0).cube(second, 1.0).report();
+        EXPECT_TRUE(report.closed);
         EXPECT_EQ(report.disagreeing_edges, 0);
         EXPECT_TRUE(report.to_turn.empty());
         EXPECT_TRUE(report.inside_out.empty());

@@ -87,29 +87,6 @@ TEST(TriangleDistance, NothingIsNearerThanTheClosestPoints) {
     }
 }
 
-TEST(TriangleDistance, SamplingFindsNothingNearerAndComesClose) {
-    std::mt19937_64 random(6);
-    for (int k = 0; k < 60; ++k) {
-        const TrianglePairCase pair = test::random_pair(random);
-        if (triangles_intersect(pair.first, pair.second)) continue;
-        const double distance = std::sqrt(triangle_distance(pair.first, pair.second).squared_distance);
-        constexpr int n = 24;
-        double least = std::numeric_limits<double>::infinity();
-        for (int i = 0; i <= n; ++i) {
-            for (int j = 0; i + j <= n; ++j) {
-                const Vector3 p = point_at(pair.first, Vector3(i, j, n - i - j) / n);
-                for (int l = 0; l <= n; ++l) {
-                    for (int m = 0; l + m <= n; ++m) {
-                        least = std::min(least, (point_at(pair.second, Vector3(l, m, n - l - m) / n) - p).norm());
-                    }
-                }
-            }
-        }
-        EXPECT_LE(distance, least + 1e-15);
-        EXPECT_NEAR(distance, least, 0.1);
-    }
-}
-
 TEST(TriangleDistance, ClosedFormsOfEachKindOfFeature) {
     const Corners floor{Vector3(0, 0, 0), Vector3(4, 0, 0), Vector3(0, 4, 0)};
     const auto above = [](const Vector3& tip) {

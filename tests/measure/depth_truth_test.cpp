@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <map>
 #include <numbers>
 #include <random>
 #include <vector>
@@ -24,34 +23,12 @@ namespace {
 
 using test::Shape;
 using test::sheet;
+using test::sphere;
 
-/// Octahedron split `levels` times and blown up to a ball.
-Shape ball(double radius, int levels) {
+Shape octahedron(double radius) {
     Shape shape{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}},
                 {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4}, {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}}};
-    for (int level = 0; level < levels; ++level) {
-        std::map<std::pair<Index, Index>, Index> middle;
-        const auto middle_of = [&](Index a, Index b) {
-            const auto [place, is_new] =
-                middle.try_emplace(std::minmax(a, b), static_cast<Index>(shape.vertices.size()));
-            if (is_new) {
-                const Vector3 sum =
-                    shape.vertices[static_cast<std::size_t>(a)] + shape.vertices[static_cast<std::size_t>(b)];
-                shape.vertices.push_back(sum.normalized());
-            }
-            return place->second;
-        };
-        std::vector<std::array<Index, 3>> faces;
-        for (const auto& [a, b, c] : shape.triangles) {
-            const Index ab = middle_of(a, b);
-            const Index bc = middle_of(b, c);
-            const Index ca = middle_of(c, a);
-            faces.insert(faces.end(), {{a, ab, ca}, {ab, b, bc}, {ca, bc, c}, {ab, bc, ca}});
-        }
-        shape.triangles = faces;
-    }
-    for (Vector3& p : shape.vertices) p *= radius;
-    return shape;
+    return shape.scale(radius);
 }
 
 Shape torus(double large, double small, int around, int across) {
@@ -122,7 +99,7 @@ double distance_one_by_one(const World& world, Range range, const Vector3& p) {
 TEST(DepthTruth, SinkingBallReportsTrueDepth) {
     // A fine ball of 10 mm sinks into the tip of a coarse octahedron of 50 mm below it.
     const double radius = 0.01;
-    World world(ball(radius, 3), ball(0.05, 0), true);
+    World world(sphere(radius, 24), octahedron(0.05), true);
     for (Index v = world.topology.bodies[1].vertices.first; v < world.topology.vertex_count; ++v) {
         world.start.col(v).z() -= 0.05;  // tip of the octahedron at the origin
     }
@@ -133,12 +110,12 @@ TEST(DepthTruth, SinkingBallReportsTrueDepth) {
     for (const double below : {0.001, 0.004, 0.009}) {
         world.place({0, 0, radius - below});
         const DepthTruth::Result result = truth.measure(world.frame);
-        EXPECT_NEAR(truth.depth_of_vertex(5, 1), below / std::sqrt(3.0), 1e-15) << "lowest point of the ball";
+        EXPECT_NEAR(truth.depth_of_vertex(24 * 23 + 1, 1), below / std::sqrt(3.0), 1e-15) << "its lowest";
         // The tip is inside the ball too, and deeper there: `below` from the ball's lowest point, less the chords.
         EXPECT_LE(result.residual_penetration, below);
         EXPECT_GT(result.residual_penetration, 0.985 * below);
         EXPECT_GT(result.wrong_side, 0);
-        EXPECT_EQ(truth.depth_of_vertex(4, 1), 0.0) << "vertex 4 is its highest";
+        EXPECT_EQ(truth.depth_of_vertex(24 * 23, 1), 0.0) << "its highest";
     }
 }
 
@@ -233,7 +210,7 @@ TEST(DepthTruth, ToolThroughTheSheetBelongsOnTheDeclaredSide) {
 }
 
 TEST(DepthTruth, ClearanceIsTheGapToThePlane) {
-    World world(ball(0.01, 3), sheet(0.1, 10), false);
+    World world(sphere(0.01, 24), sheet(0.1, 10), false);
     world.place({0, 0, 0.0117});
     DepthTruth truth(world.topology, world.frame);
     truth.measure(world.frame);
@@ -262,7 +239,7 @@ TEST(DepthTruth, RimThatHasSlippedPastPointsOfABodyLeavesNothingBeyondTheSheet) 
     // A sheet comes from the right until its rim is 2 mm inside a ball of 5 mm, goes up through the ball's upper half
     // and away above it. At the end nothing meets; on the way the rim alone is inside, by 5 mm less its distance from
     // the middle.
-    World world(ball(0.005, 3), sheet(0.01, 20), false);
+    World world(sphere(0.005, 24), sheet(0.01, 20), false);
     const auto rim_at = [&world](double x, double z) { world.shift_second({x + 0.005, 0.0003, z}); };
     rim_at(0.0055, 0.0012);
     DepthTruth truth(world.topology, world.frame);
@@ -283,7 +260,7 @@ TEST(DepthTruth, RimThatHasSlippedPastPointsOfABodyLeavesNothingBeyondTheSheet) 
 
 TEST(DepthTruth, RimThatHasSlippedPastMostOfABodyLeavesNothingBeyondEither) {
     // As above, but the rim goes so far in and so low that it passes most points of the ball on its way up.
-    World world(ball(0.005, 3), sheet(0.01, 20), false);
+    World world(sphere(0.005, 24).rotate({1, 0, 0}, std::numbers::pi / 2.0), sheet(0.01, 20), false);
     const auto rim_at = [&world](double x, double z) { world.shift_second({x + 0.005, 0.0003, z}); };
     rim_at(0.0055, -0.0035);
     DepthTruth truth(world.topology, world.frame);
@@ -310,7 +287,7 @@ TEST(DepthTruth, RimThatHasSlippedPastMostOfABodyLeavesNothingBeyondEither) {
 TEST(DepthTruth, BodyWhoseAnchorTheSheetPassesWithItsRimInsideIsUndecidedUntilItIsBack) {
     // A strip, narrower than the ball, is pushed into it lengthwise and out on the other side, below its leftmost
     // point, and then lifted past that point.
-    World world(ball(0.005, 3), sheet(0.012, 20), false);
+    World world(sphere(0.005, 24), sheet(0.012, 20), false);
     const auto strip_at = [&](double x, double z) {
         world.place(Vector3::Zero(),
                     [&](const Vector3& p) { return Vector3(p.x() + x + 0.006, 0.3 * p.y() + 0.0001, z); });
@@ -419,7 +396,7 @@ TEST(DepthTruth, HookRoundTheRimStartsOnTheRightSide) {
 
 TEST(DepthTruth, PartOfABodyThatIsCutOffIsBeyondTheSheetHoweverTheRimStands) {
     // The same sheet goes up through the ball as a whole: its rim is outside, the ball's top is cut off.
-    World world(ball(0.005, 3), sheet(0.03, 20), false);
+    World world(sphere(0.005, 24), sheet(0.03, 20), false);
     const auto height = [&world](double z) { world.shift_second({0.0001, 0.0003, z}); };
     height(0.0055);
     DepthTruth truth(world.topology, world.frame);
@@ -454,8 +431,8 @@ TEST(DepthTruth, TiesOfAnAlignedWalkRoundAFreeRimAreBrokenAsByASmallStep) {
     int decided = 0;
     int undecided = 0;
     for (int walk = 0; walk < 40; ++walk) {
-        World aligned(ball(2.0, 0), sheet(6.0, 6), false);
-        World stepped(ball(2.0, 0), sheet(6.0, 6), false);
+        World aligned(octahedron(2.0), sheet(6.0, 6), false);
+        World stepped(octahedron(2.0), sheet(6.0, 6), false);
         const Vector3 small(1e-9, 1e-6, 1e-3);
         const auto place = [&](const Vector3& ball_at, const Vector3& sheet_at) {
             const auto driven = [&](const Vector3& p) { return Vector3(p + sheet_at); };
@@ -533,7 +510,7 @@ TEST(DepthTruth, EdgesInsideAreAsDeepAsEveryPointOfThemSays) {
         Shape tool = trial % 2 == 0 ? prism(0.003, 0.06, 7) : torus(0.01, 0.004, 9, 6);
         const Eigen::Quaterniond turn = test::random_turn(unit, random);
         for (Vector3& p : tool.vertices) p = turn * p;
-        World world(tool, ball(0.012, 1), true);
+        World world(tool, sphere(0.012, 6), true);
         world.place(0.013 * test::random_vector(unit, random));
         const Topology& topology = world.topology;
         const Matrix3X& at = world.frame.position;
@@ -618,7 +595,7 @@ TEST(DepthTruth, TorusHoleIsOutside) {
 }
 
 TEST(DepthTruth, InvertedNormalsDoNotTurnAClosedBodyInsideOut) {
-    Shape inside_out = ball(0.02, 2);
+    Shape inside_out = sphere(0.02, 12);
     for (auto& face : inside_out.triangles) std::swap(face[0], face[1]);
     World world(points_only({{0, 0, 0}, {0, 0, 0.03}}), inside_out, true);
     DepthTruth truth(world.topology, world.frame);
@@ -639,7 +616,7 @@ TEST(DepthTruth, MeanIsTheAreaMeanOverPenetratingSamples) {
 }
 
 TEST(DepthTruth, UncountedBodyPairsStayOutOfTheResult) {
-    World world(points_only({{0, 0, 0}}), ball(0.02, 2), true);
+    World world(points_only({{0, 0, 0}}), sphere(0.02, 12), true);
     const std::vector<std::uint8_t> counted{0};
     DepthTruth truth(world.topology, world.frame, counted);
     EXPECT_EQ(truth.measure(world.frame).residual_penetration, 0.0);
@@ -660,7 +637,7 @@ TEST(DepthTruth, NonFiniteFrameHasNoAnswerAndLeavesNoTrace) {
 TEST(DepthTruth, OrderOfTheBodiesMakesNoDifferenceAndEverySampleSaysWhereItRides) {
     // The rim of a sheet goes into a ball and up in it; once the ball is the first body and once the second. Vertices
     // come in their own order, then places on triangles.
-    World world(ball(0.005, 3), sheet(0.01, 20), false);
+    World world(sphere(0.005, 24), sheet(0.01, 20), false);
     const auto rim_at = [&](double x, double z) {
         world.shift_second({x + 0.005, 0.0003, z});
         world.frame.previous = world.frame.position;
@@ -725,10 +702,8 @@ TEST(BodySurface, AreaSamplesOfATriangleAreRobertsSequenceFolded) {
     // 1/2 + n (1/g, 1/g²) modulo 1 from n = 1 on, where g³ = g + 1 (Roberts 2018); beyond the diagonal turned round.
     double g = 1.0;
     for (int i = 0; i < 60; ++i) g = std::cbrt(1.0 + g);
-    Triangles one(3, 1);
-    one.col(0) << 0, 1, 2;
-    const Topology topology = make_topology(
-        {Body{.name = "one", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one}});
+    const Topology topology = make_topology({Body{
+        .name = "one", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = test::one_triangle}});
     Matrix3X position = Matrix3X::Zero(3, 3);
     position(0, 1) = 1.0;
     position(1, 2) = 1.0;
@@ -766,7 +741,7 @@ TEST(SurfaceDistance, TreeAgreesWithEveryTriangle) {
 }
 
 TEST(SurfaceDistance, PreparedAnewItIsOfTheNewTrianglesAlone) {
-    World world(ball(0.01, 1), torus(0.03, 0.01, 12, 8), true);
+    World world(sphere(0.01, 6), torus(0.03, 0.01, 12, 8), true);
     world.place({0.1, 0.0, 0.0});
     std::mt19937_64 random(6);
     std::uniform_real_distribution<double> uniform(-0.06, 0.06);
@@ -817,7 +792,7 @@ TEST(SurfaceDistance, TriangleDistanceHasTheClosedForms) {
 TEST(UpwardCrossing, ClosedSurfaceIsCrossedEvenlyFromAnyPointHoweverAligned) {
     // All rays of a lattice through a lattice-aligned octahedron: the sum must be 1 strictly inside and 0 strictly
     // outside.
-    const Shape shape = ball(4.0, 0);
+    const Shape shape = octahedron(4.0);
     for (int x = -5; x <= 5; ++x) {
         for (int y = -5; y <= 5; ++y) {
             for (int z = -5; z <= 5; ++z) {

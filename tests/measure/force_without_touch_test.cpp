@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "scene/world.hpp"
+#include "support/meshes.hpp"
 
 namespace trocar {
 namespace {
@@ -17,11 +18,10 @@ struct Stack {
     Topology topology;
     Frame frame;
     explicit Stack(BodyKind above = BodyKind::instrument, BodyKind far = BodyKind::instrument) {
-        Triangles one(3, 1);
-        one.col(0) << 0, 1, 2;
-        topology = make_topology({{.name = "tool", .kind = above, .vertex_count = 3, .triangles = one},
-                                  {.name = "other", .kind = far, .vertex_count = 3, .triangles = one},
-                                  {.name = "tissue", .kind = BodyKind::tissue, .vertex_count = 3, .triangles = one}});
+        topology = make_topology(
+            {{.name = "tool", .kind = above, .vertex_count = 3, .triangles = test::one_triangle},
+             {.name = "other", .kind = far, .vertex_count = 3, .triangles = test::one_triangle},
+             {.name = "tissue", .kind = BodyKind::tissue, .vertex_count = 3, .triangles = test::one_triangle}});
         frame.position.resize(3, 9);
         for (Index body = 0; body < 3; ++body) {
             frame.position.middleCols(3 * body, 3) << 0, 0.01, 0, 0, 0, 0.01, 0, 0, 0;

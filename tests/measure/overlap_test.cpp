@@ -4,80 +4,39 @@
 
 #include <cmath>
 #include <numbers>
-#include <vector>
+#include "support/shapes.hpp"
 
 namespace trocar {
 namespace {
 
-struct Solid {
-    std::vector<Vector3> points;
-    std::vector<std::array<Index, 3>> faces;
+using test::Shape;
 
-    void add(const Solid& other) {
-        const auto base = static_cast<Index>(points.size());
-        points.insert(points.end(), other.points.begin(), other.points.end());
-        for (const auto& [a, b, c] : other.faces) faces.push_back({a + base, b + base, c + base});
-    }
-};
-
-Solid block(const Vector3& low, const Vector3& high) {
-    Solid solid;
-    for (int i = 0; i < 8; ++i) {
-        solid.points.emplace_back((i & 1) != 0 ? high.x() : low.x(), (i & 2) != 0 ? high.y() : low.y(),
-                                  (i & 4) != 0 ? high.z() : low.z());
-    }
-    solid.faces = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
-                   {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
-    return solid;
+/// No diagonal of its sides runs from low to high, where lines lie exactly in it and are lost.
+Shape block(const Vector3& low, const Vector3& high) {
+    Shape shape{test::cube_points(Vector3::Zero(), Vector3::Ones()),
+                {{0, 2, 1},
+                 {1, 2, 3},
+                 {4, 5, 6},
+                 {5, 7, 6},
+                 {0, 1, 4},
+                 {1, 5, 4},
+                 {2, 6, 3},
+                 {3, 6, 7},
+                 {0, 4, 2},
+                 {2, 4, 6},
+                 {1, 3, 5},
+                 {3, 7, 5}}};
+    for (Vector3& corner : shape.vertices) corner = (corner.array() > 0.0).select(high, low);
+    return shape;
 }
 
-/// Rings of latitude, fine enough that the ball's volume is 0.2 % off.
-Solid ball(const Vector3& centre, double radius) {
-    constexpr int rings = 40;
-    constexpr int spokes = 80;
-    Solid solid;
-    solid.points.push_back(centre + Vector3(0, 0, radius));
-    for (int i = 1; i < rings; ++i) {
-        const double polar = std::numbers::pi * i / rings;
-        for (int j = 0; j < spokes; ++j) {
-            const double around = 2.0 * std::numbers::pi * j / spokes;
-            solid.points.push_back(centre + radius * Vector3(std::sin(polar) * std::cos(around),
-                                                             std::sin(polar) * std::sin(around), std::cos(polar)));
-        }
-    }
-    solid.points.push_back(centre - Vector3(0, 0, radius));
-    const auto at = [](int ring, int spoke) { return static_cast<Index>(1 + (ring - 1) * spokes + spoke % spokes); };
-    const auto last = static_cast<Index>(solid.points.size()) - 1;
-    for (int j = 0; j < spokes; ++j) {
-        solid.faces.push_back({0, at(1, j), at(1, j + 1)});
-        solid.faces.push_back({last, at(rings - 1, j + 1), at(rings - 1, j)});
-        for (int i = 1; i + 1 < rings; ++i) {
-            solid.faces.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-            solid.faces.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-        }
-    }
-    return solid;
-}
+/// Fine enough that the ball's volume is 0.2 % off.
+Shape ball(const Vector3& centre, double radius) { return test::sphere(radius, 80).move(centre); }
 
-Overlap overlap_of(const Solid& a, const Solid& b) {
-    std::vector<Body> bodies;
-    Matrix3X position(3, static_cast<Eigen::Index>(a.points.size() + b.points.size()));
-    Eigen::Index column = 0;
-    for (const Solid* solid : {&a, &b}) {
-        Triangles triangles(3, static_cast<Eigen::Index>(solid->faces.size()));
-        for (std::size_t t = 0; t < solid->faces.size(); ++t) {
-            for (int corner = 0; corner < 3; ++corner) {
-                triangles(corner, static_cast<Eigen::Index>(t)) = solid->faces[t].at(static_cast<std::size_t>(corner));
-            }
-        }
-        bodies.push_back({.name = solid == &a ? "a" : "b",
-                          .kind = BodyKind::instrument,
-                          .vertex_count = static_cast<Index>(solid->points.size()),
-                          .triangles = triangles});
-        for (const Vector3& p : solid->points) position.col(column++) = p;
-    }
+Overlap overlap_of(const Shape& a, const Shape& b) {
+    const test::World world = test::make_world("two", {{BodyKind::instrument, a}, {BodyKind::instrument, b}});
     OverlapTruth truth;
-    return truth.measure(make_topology(bodies), position, 0, 1);
+    return truth.measure(world.topology, world.frame.position, 0, 1);
 }
 
 TEST(Overlap, TwoBlocksShareABlockAndPartOverItsThinnestSide) {
@@ -102,7 +61,7 @@ TEST(Overlap, TwoBallsShareALens) {
 }
 
 TEST(Overlap, BodyInASlotComesOutIntoTheSlot) {
-    Solid slot = block({-5, -2, -5}, {5, -1, 5});
+    Shape slot = block({-5, -2, -5}, {5, -1, 5});
     slot.add(block({-5, 1, -5}, {5, 2, 5}));
     // 0.2 deep in the upper wall: a hull of the slot would ask for a way around it.
     const Overlap overlap = overlap_of(block({-0.5, 0.2, -0.5}, {0.5, 1.2, 0.5}), slot);
@@ -118,9 +77,9 @@ TEST(Overlap, WhatTheFirstLineAloneMeetsHasToComeOutToo) {
     // as lines are apart. Walls around the plate leave it no way but up, which the pin makes 1 long.
     constexpr double pin = 10.0 / overlap_lines;
     constexpr double gap = 0.05;
-    Solid plate = block({0, 0, -0.1}, {10, 10, 2});
+    Shape plate = block({0, 0, -0.1}, {10, 10, 2});
     plate.add(block({0, 0, -1}, {pin, pin, 0}));
-    Solid well = block({-50, -50, -50}, {50, 50, 0});
+    Shape well = block({-50, -50, -50}, {50, 50, 0});
     well.add(block({-50, -50, -1}, {-gap, 50, 50}));
     well.add(block({10 + gap, -50, -1}, {50, 50, 50}));
     well.add(block({-gap, -50, -1}, {10 + gap, -gap, 50}));

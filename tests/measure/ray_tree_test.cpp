@@ -28,15 +28,9 @@ TriangleMesh shaft(Index rings, Index sides, double radius) {
 
 /// Closed flat prisms above each other, all as wide as the whole.
 TriangleMesh discs(Index count, Index sides) {
-    std::vector<Vector3> points;
-    Faces faces;
-    for (Index k = 0; k < count; ++k) {
-        const test::Shape disc = test::shaft(1.0, 0.004, sides, 1).move({0.0, 0.0, 0.01 * k});
-        const auto first = static_cast<Index>(points.size());
-        points.insert(points.end(), disc.vertices.begin(), disc.vertices.end());
-        for (const auto& [a, b, c] : disc.triangles) faces.push_back({first + a, first + b, first + c});
-    }
-    return {points, faces};
+    test::Shape stack;
+    for (Index k = 0; k < count; ++k) stack.add(test::shaft(1.0, 0.004, sides, 1).move({0.0, 0.0, 0.01 * k}));
+    return {stack.vertices, stack.triangles};
 }
 
 /// A polygon with many corners as readers split it.

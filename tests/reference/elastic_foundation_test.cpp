@@ -18,12 +18,14 @@ constexpr double area = 0.5 * side * side;
 
 /// Two triangles, one 1 mm above the other and as large; the upper is tissue, the lower of the kind given.
 Scene two_triangles(BodyKind lower, const ContactLaw& law) {
-    Triangles one(3, 1);
-    one.col(0) << 0, 1, 2;
     Scene scene;
     scene.topology = make_topology(
-        {Body{.name = "upper", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one},
-         Body{.name = "lower", .kind = lower, .closed = false, .vertex_count = 3, .triangles = one}});
+        {Body{.name = "upper",
+              .kind = BodyKind::tissue,
+              .closed = false,
+              .vertex_count = 3,
+              .triangles = test::one_triangle},
+         Body{.name = "lower", .kind = lower, .closed = false, .vertex_count = 3, .triangles = test::one_triangle}});
     scene.first.position.resize(3, 6);
     scene.first.position << 0, side, 0, 0, side, 0, 0, 0, side, 0, 0, side, 0.001, 0.001, 0.001, 0, 0, 0;
     scene.materials.contact_laws.assign(scene.topology.body_pairs.size(), law);
@@ -90,15 +92,16 @@ TEST(ElasticFoundation, TooDeepIsMoreThanThreeQuartersOfTheLargestDepthInside) {
     // Of a side of three times a power of two, thirds are exact, and so are middles of faces: nothing is inside there.
     constexpr double height = 3.0 / 64.0;
     constexpr double width = 2.0 * height;
-    Triangles one(3, 1);
-    one.col(0) << 0, 1, 2;
     Scene scene;
-    scene.topology = make_topology(
-        {Body{.name = "film", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one},
-         Body{.name = "block",
-              .kind = BodyKind::instrument,
-              .vertex_count = 8,
-              .triangles = test::matrix_of(test::cube_faces)}});
+    scene.topology = make_topology({Body{.name = "film",
+                                         .kind = BodyKind::tissue,
+                                         .closed = false,
+                                         .vertex_count = 3,
+                                         .triangles = test::one_triangle},
+                                    Body{.name = "block",
+                                         .kind = BodyKind::instrument,
+                                         .vertex_count = 8,
+                                         .triangles = test::matrix_of(test::cube_faces)}});
     scene.materials.contact_laws.assign(scene.topology.body_pairs.size(), {.k = 100.0, .mu = 1.0});
     Matrix3X& x = scene.first.position;
     x.resize(3, 11);

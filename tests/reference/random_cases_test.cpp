@@ -237,11 +237,15 @@ Json elastic_exchange(Draw& draw) {  // 3.12-3.17: along V_R the whole relative 
     const Vector3 v1 = 3.0 * draw.vector();
     const Vector3 v2 = 3.0 * draw.vector();
     const Vector3 relative = v2 - v1;
+    const Vector3 v1_after = v1 + 2.0 * m2 / (m1 + m2) * relative;
+    const Vector3 v2_after = v2 - 2.0 * m1 / (m1 + m2) * relative;
     return make_case("3.17-random", {{"m1", m1}, {"m2", m2}, {"V1", list(v1)}, {"V2", list(v2)}},
                      {{"V_R", list(relative)},
                       {"n_R", list(Vector3(relative.normalized()))},
-                      {"V1_after", list(Vector3(v1 + 2.0 * m2 / (m1 + m2) * relative))},
-                      {"V2_after", list(Vector3(v2 - 2.0 * m1 / (m1 + m2) * relative))},
+                      {"V1R_after", v1_after.dot(relative.normalized())},
+                      {"V2R_after", v2_after.dot(relative.normalized())},
+                      {"V1_after", list(v1_after)},
+                      {"V2_after", list(v2_after)},
                       {"momentum", list(Vector3(m1 * v1 + m2 * v2))},
                       {"kinetic_energy", 0.5 * m1 * v1.squaredNorm() + 0.5 * m2 * v2.squaredNorm()},
                       {"V_R_after", list(Vector3(-relative))}},

@@ -76,8 +76,8 @@ public:
 
 private:
     inline static const Vector3 size{0.08, 0.08, 0.02};
-    static test::Mesh turned(test::Mesh mesh, const Eigen::Quaterniond& turn, double up) {
-        for (Vector3& point : mesh.points) point = turn * (point + up * Vector3::UnitZ());
+    static test::Shape turned(test::Shape mesh, const Eigen::Quaterniond& turn, double up) {
+        for (Vector3& point : mesh.vertices) point = turn * (point + up * Vector3::UnitZ());
         return mesh;
     }
 
@@ -129,7 +129,7 @@ TEST(Approach, GapWhatPassesByOrLeavesGivesNoForce) {
                 {"sideways at once from 8 um above", [](double t) { return Vector3(0.0011 + 0.5 * t, 0.0007, 8e-6); },
                  true},
                 {"up from 8 um above", [](double t) { return Vector3(0.0011, 0.0007, 8e-6 + 0.5 * t); }}};
-            const test::Mesh tool = make_box(Vector3(0.012, 0.008, 0.01));
+            const test::Shape tool = make_box(Vector3(0.012, 0.008, 0.01));
             for (const Travel& path : paths) {
                 const auto run = [&](double aside) {
                     const auto offset = [=, place = path.place](double t) -> Vector3 {

@@ -12,6 +12,7 @@
 
 #include "geometry/exact.hpp"
 #include "respond/equations.hpp"
+#include "support/materials.hpp"
 #include "support/random_vectors.hpp"
 #include "support/shapes.hpp"
 
@@ -62,12 +63,10 @@ void expect_same(const test::Shape& ball, const test::Shape& soup, std::uint32_t
         const double speed = v % 10 == 0 ? 0.0 : (v % 7 == 0 ? 5.0 : 0.4);  // m/s; 5 m/s goes beyond l_max
         frame.velocity.col(v) = speed * test::random_vector(even, random);
     }
-    Materials materials;
-    materials.mass.assign(static_cast<std::size_t>(world.topology.vertex_count), 1e-4);
-    materials.pinned.assign(materials.mass.size(), 0);
+    Materials materials = test::empty_materials(world.topology);
+    materials.mass.assign(materials.mass.size(), 1e-4);
     materials.area.assign(materials.mass.size(), 1e-5);
     materials.mean_stiffness.assign(materials.mass.size(), 100.0);
-    materials.contact_laws.assign(world.topology.body_pairs.size(), {});
     ThesisSettings settings;
     ThesisState state(settings);
     state.prepare(world.topology, materials);

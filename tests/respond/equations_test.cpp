@@ -18,30 +18,6 @@ private:
     std::uniform_real_distribution<double> spread_{-1.0, 1.0};
 };
 
-TEST(Equation34, ClosingSpeedAddsToTheSpringAndPartingPulls) {
-    const Vector3 n = Vector3(2.0, 1.0, 2.0) / 3.0;
-    const Vector3 tangent = Vector3(1.0, 0.0, -1.0);
-    EXPECT_LT((instrument_instrument_vertex(200.0, 0.01, 3.0, tangent, -0.5 * n, n) - 3.5 * n).norm(), 1e-14);
-    EXPECT_LT((instrument_instrument_vertex(200.0, 0.01, 3.0, Vector3::Zero(), 2.0 * n, n) + 4.0 * n).norm(), 1e-14);
-    EXPECT_EQ(instrument_instrument_vertex(200.0, 0.0, 3.0, tangent, tangent, n), Vector3(Vector3::Zero()));
-}
-
-TEST(Equation36, LiteralDamperFeedsEnergyAndTheOtherTakesIt) {
-    RandomVectors random;
-    for (int i = 0; i < 1000; ++i) {
-        const Vector3 n = random.next().normalized();
-        const Vector3 v1 = random.next();
-        const Vector3 v2 = random.next();
-        const double mu = random.positive();
-        // Without spring: power of the pair force on both bodies.
-        const double taken = instrument_tissue_vertex_dissipative(1.0, 0.0, mu, v1, v2, n).dot(v1 - v2);
-        const double fed = instrument_tissue_vertex_literal(1.0, 0.0, mu, v1, v2, n).dot(v1 - v2);
-        const double speed = (v1 - v2).dot(n);
-        EXPECT_NEAR(taken, -mu * speed * speed, 1e-13);
-        EXPECT_NEAR(fed, mu * speed * speed, 1e-13);
-    }
-}
-
 TEST(Equation37, HitLiesOnPathAndFaceAndOnlyInside) {
     RandomVectors random;
     int hits = 0;
@@ -73,31 +49,6 @@ TEST(Equation37, PathInThePlaneOrWithoutLengthHasNoHit) {
         path_hit({Vector3::Zero(), Vector3::Zero(), Vector3::Zero()}, Vector3(0, 0, 1), Vector3(0, 0, -1)).found);
 }
 
-TEST(Equation38, LeavesNoClosingSpeedAndTheTangentAlone) {
-    RandomVectors random;
-    for (int i = 0; i < 1000; ++i) {
-        const Vector3 n = random.next().normalized();
-        const Vector3 v1 = random.next();
-        const Vector3 v2 = random.next();
-        const Vector3 after = projected_velocity(v1, v2, n, 0.0);
-        EXPECT_GE(relative_normal_velocity(v1, after, n), -1e-12);
-        EXPECT_LT(((after - v2) - (after - v2).dot(n) * n).norm(), 1e-14);
-        EXPECT_TRUE(relative_normal_velocity(v1, v2, n) < 0.0 || after == v2);
-        // e = 1 turns the relative normal velocity round.
-        const Vector3 bounced = projected_velocity(v1, v2, n, 1.0);
-        EXPECT_NEAR(relative_normal_velocity(v1, bounced, n), std::abs(relative_normal_velocity(v1, v2, n)), 1e-13);
-        EXPECT_EQ(rigid_projected_velocity(v2, n, 0.0), projected_velocity(Vector3::Zero(), v2, n, 0.0));
-    }
-}
-
-TEST(Equation38, EquilibriumOfOneSpringIsItsForce) {
-    const NeighbourSpring spring{.neighbour = Vector3(0, 0, 0.3), .rest = 0.1, .k = 50.0, .preload = 2.0};
-    const Vector3 force = equilibrium_force(Vector3::Zero(), Vector3::Zero(), {&spring, 1}, Vector3(0, 0, -1.0));
-    EXPECT_NEAR(force.z(), 50.0 * 0.2 + 2.0 - 1.0, 1e-13);
-    EXPECT_EQ(pressing_part(force, Vector3::UnitZ()), Vector3(Vector3::Zero()));
-    EXPECT_EQ(pressing_part(force, -Vector3::UnitZ()), force);
-}
-
 TEST(Equation38, EquilibriumSumsStretchPreloadAndDamperAlongEachSpring) {
     // By hand: a neighbour 0.5 m along (0.6, 0.8, 0) that leaves at 0.5 m/s relative to the vertex, and one 0.1 m along
     // -z, shorter than at rest, that comes nearer at 0.2 m/s.
@@ -118,27 +69,6 @@ TEST(Equation38, EquilibriumSumsStretchPreloadAndDamperAlongEachSpring) {
     const double first = 20.0 * 0.1 + 0.7 + 3.0 * (0.3 * 0.6 + 0.4 * 0.8);
     const double second = 50.0 * -0.05 + 0.3 + 2.0 * -0.2;
     EXPECT_LT((force - Vector3(0.6 * first, 0.8 * first, -second - 1.0)).norm(), 1e-13);
-}
-
-TEST(Equation317, KeepsMomentumAndEnergyAndReversesTheRelativeVelocity) {
-    RandomVectors random;
-    for (int i = 0; i < 1000; ++i) {
-        const double m1 = random.positive();
-        const double m2 = random.positive();
-        const Vector3 v1 = random.next();
-        const Vector3 v2 = random.next();
-        const Exchange e = tissue_tissue(m1, m2, v1, v2);
-        EXPECT_LT((m1 * (e.velocity1_after - v1) + m2 * (e.velocity2_after - v2)).norm(), 1e-14);
-        EXPECT_NEAR(m1 * e.velocity1_after.squaredNorm() + m2 * e.velocity2_after.squaredNorm(),
-                    m1 * v1.squaredNorm() + m2 * v2.squaredNorm(), 1e-13);
-        EXPECT_LT((e.velocity2_after - e.velocity1_after + (v2 - v1)).norm(), 1e-14);
-        // 3.16 against 3.17.
-        EXPECT_NEAR(e.velocity1_after.dot(e.direction), e.speed1_after, 1e-13);
-        EXPECT_NEAR(e.velocity2_after.dot(e.direction), e.speed2_after, 1e-13);
-        // Twice is the identity: the parity of METHODS §13, 15.
-        const Exchange twice = tissue_tissue(m1, m2, e.velocity1_after, e.velocity2_after);
-        EXPECT_LT((twice.velocity1_after - v1).norm() + (twice.velocity2_after - v2).norm(), 1e-13);
-    }
 }
 
 TEST(Equation317, TinyAndEqualVelocitiesStayFinite) {

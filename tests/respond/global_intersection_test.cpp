@@ -24,9 +24,7 @@ using test::make_sheet;
 /// A pointed shaft whose tip is at `tip`, and a sheet in the plane z = 0.
 ClosedLoop pierced(const Vector3& tip, int cells, double edge, double radius = 0.0025,
                    const std::string& method = "global_intersection") {
-    test::Mesh shaft = make_shaft(radius, 0.06, 8, 0.01);
-    for (Vector3& p : shaft.points) p += tip;
-    return test::tool_on_tissue(shaft, {}, make_sheet(cells, edge), method);
+    return test::tool_on_tissue(make_shaft(radius, 0.06, 8, 0.01).move(tip), {}, make_sheet(cells, edge), method);
 }
 
 struct Traced {
@@ -106,10 +104,8 @@ TEST(IntersectionRegions, ClosesWhereEdgesMeetEdgesExactly) {
 }
 
 TEST(IntersectionRegions, EachLayerHasACurveOfItsOwn) {
-    test::Mesh shaft = make_shaft(0.0025, 0.06, 8, 0.01);
-    for (Vector3& p : shaft.points) p += Vector3(0.0011, 0.0007, -0.02);
-    test::Mesh lower = make_sheet(6, 0.005);
-    for (Vector3& p : lower.points) p.z() -= 0.012;
+    const test::Shape shaft = make_shaft(0.0025, 0.06, 8, 0.01).move({0.0011, 0.0007, -0.02});
+    const test::Shape lower = make_sheet(6, 0.005).move({0.0, 0.0, -0.012});
     const ClosedLoop world(
         {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = shaft},
          LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(6, 0.005)},

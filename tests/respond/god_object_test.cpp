@@ -19,7 +19,7 @@ namespace {
 
 constexpr double r = 5e-4;
 
-using test::Mesh;
+using test::Shape;
 
 /// One rigid body and a proxy against all its triangles.
 struct Bone {
@@ -28,11 +28,11 @@ struct Bone {
     GodObject object;
     std::vector<Index> all;
 
-    explicit Bone(const Mesh& mesh, bool closed = true) : position(test::matrix_of(mesh.points)) {
+    explicit Bone(const Shape& mesh, bool closed = true) : position(test::matrix_of(mesh.vertices)) {
         topology = make_topology({Body{.name = "bone",
                                        .kind = BodyKind::rigid,
                                        .closed = closed,
-                                       .vertex_count = static_cast<Index>(mesh.points.size()),
+                                       .vertex_count = static_cast<Index>(mesh.vertices.size()),
                                        .triangles = test::matrix_of(mesh.triangles)}});
         all.resize(mesh.triangles.size());
         std::iota(all.begin(), all.end(), 0);
@@ -55,10 +55,10 @@ struct Bone {
 };
 
 /// Rectangle from `corner` along u and v, n × n squares, normal u × v.
-void add_rectangle(Mesh& mesh, const Vector3& corner, const Vector3& u, const Vector3& v, int n) {
-    const auto first = static_cast<Index>(mesh.points.size());
+void add_rectangle(Shape& mesh, const Vector3& corner, const Vector3& u, const Vector3& v, int n) {
+    const auto first = static_cast<Index>(mesh.vertices.size());
     for (int i = 0; i <= n; ++i) {
-        for (int j = 0; j <= n; ++j) mesh.points.emplace_back(corner + i * u / n + j * v / n);
+        for (int j = 0; j <= n; ++j) mesh.vertices.emplace_back(corner + i * u / n + j * v / n);
     }
     const auto at = [&](int i, int j) { return static_cast<Index>(first + i * (n + 1) + j); };
     for (int i = 0; i < n; ++i) {
@@ -69,15 +69,15 @@ void add_rectangle(Mesh& mesh, const Vector3& corner, const Vector3& u, const Ve
     }
 }
 
-Mesh floor_mesh(int n) {
-    Mesh mesh;
+Shape floor_mesh(int n) {
+    Shape mesh;
     add_rectangle(mesh, Vector3(-0.05, -0.05, 0.0), Vector3(0.1, 0, 0), Vector3(0, 0.1, 0), n);
     return mesh;
 }
 
 /// Closed box between two corners; faces share positions, not vertex numbers.
-Mesh box_mesh(const Vector3& low, const Vector3& high, int n) {
-    Mesh mesh;
+Shape box_mesh(const Vector3& low, const Vector3& high, int n) {
+    Shape mesh;
     const Vector3 e = high - low;
     const Vector3 x(e.x(), 0, 0);
     const Vector3 y(0, e.y(), 0);
@@ -122,7 +122,7 @@ TEST(GodObject, SlidesOverSharedEdgesAndVerticesWithoutCatching) {
 }
 
 TEST(GodObject, RestsInAConcaveEdgeAndInACorner) {
-    Mesh corner = floor_mesh(9);
+    Shape corner = floor_mesh(9);
     add_rectangle(corner, Vector3(-0.05, -0.05, 0), Vector3(0, 0.1, 0), Vector3(0, 0, 0.1), 9);
     Bone two(corner, false);
     add_rectangle(corner, Vector3(-0.05, -0.05, 0), Vector3(0, 0, 0.1), Vector3(0.1, 0, 0), 9);
@@ -148,7 +148,7 @@ TEST(GodObject, RestsInAConcaveEdgeAndInACorner) {
         EXPECT_EQ(three.object.active_planes(), 3);
     }
     // An oblique wall: the device's point mirrored out of both planes by hand. Wall through the y axis, inclined 30°.
-    Mesh valley = floor_mesh(8);
+    Shape valley = floor_mesh(8);
     const Vector3 slope(std::cos(std::numbers::pi / 6), 0.0, std::sin(std::numbers::pi / 6));
     add_rectangle(valley, Vector3(0, -0.05, 0), 0.05 * slope, Vector3(0, 0.1, 0), 8);
     Bone oblique(valley, false);
@@ -241,19 +241,14 @@ TEST(GodObject, LeavesASurfaceOnWhichTheDeviceStarted) {
 }
 
 TEST(GodObject, IsNeverInsideOnRandomWalksThatAimAtEdgesAndVertices) {
-    std::vector<Mesh> bodies{box_mesh(Vector3(-0.01, -0.01, -0.01), Vector3(0.01, 0.01, 0.01), 3),
-                             test::make_shaft(0.008, 0.03, 7, 0.01)};
+    std::vector<Shape> bodies{box_mesh(Vector3(-0.01, -0.01, -0.01), Vector3(0.01, 0.01, 0.01), 3),
+                              test::make_shaft(0.008, 0.03, 7, 0.01)};
     // A notched body: a box with a second one standing in it upside down makes concave edges.
     bodies.push_back(box_mesh(Vector3(-0.02, -0.01, -0.02), Vector3(0.02, 0.01, 0.0), 4));
-    {
-        const Mesh wall = box_mesh(Vector3(-0.004, -0.012, -0.01), Vector3(0.004, 0.012, 0.015), 3);
-        const auto first = static_cast<Index>(bodies.back().points.size());
-        for (const Vector3& p : wall.points) bodies.back().points.push_back(p);
-        for (auto t : wall.triangles) bodies.back().triangles.push_back({t[0] + first, t[1] + first, t[2] + first});
-    }
+    bodies.back().add(box_mesh(Vector3(-0.004, -0.012, -0.01), Vector3(0.004, 0.012, 0.015), 3));
     std::mt19937_64 generator(11);
     std::normal_distribution<double> normal(0.0, 1.0);
-    for (const Mesh& mesh : bodies) {
+    for (const Shape& mesh : bodies) {
         Bone bone(mesh);
         Vector3 device(0.03, 0.02, 0.035);
         bone.follow(device);
@@ -263,8 +258,8 @@ TEST(GodObject, IsNeverInsideOnRandomWalksThatAimAtEdgesAndVertices) {
             if (tick % 20 == 0) {
                 // Jump beyond a vertex or an edge's middle, straight through it as seen from the proxy.
                 const auto t = static_cast<std::size_t>(generator() % mesh.triangles.size());
-                const Vector3 p = mesh.points[static_cast<std::size_t>(mesh.triangles[t][0])];
-                const Vector3 q = mesh.points[static_cast<std::size_t>(mesh.triangles[t][1])];
+                const Vector3 p = mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][0])];
+                const Vector3 q = mesh.vertices[static_cast<std::size_t>(mesh.triangles[t][1])];
                 const Vector3 target = tick % 40 == 0 ? p : Vector3(0.5 * (p + q));
                 device = target + 0.7 * (target - bone.object.proxy());
             } else {

@@ -12,6 +12,8 @@
 #include "method/registry.hpp"
 #include "scene/scene.hpp"
 #include "simulate/simulation.hpp"
+#include "support/materials.hpp"
+#include "support/meshes.hpp"
 #include "support/reported_contacts.hpp"
 #include "support/scene_samples.hpp"
 #include "tissue/mass_spring.hpp"
@@ -84,29 +86,23 @@ struct Bench {
         Triangles jaws(3, 2);
         jaws.col(0) << 0, 1, 2;
         jaws.col(1) << 3, 4, 5;
-        Triangles one(3, 1);
-        one.col(0) << 0, 1, 2;
-        topology = make_topology(
-            {Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 6, .triangles = jaws},
-             Body{.name = "tissue", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one}});
+        topology =
+            make_topology({Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 6, .triangles = jaws},
+                           Body{.name = "tissue",
+                                .kind = BodyKind::tissue,
+                                .closed = false,
+                                .vertex_count = 3,
+                                .triangles = test::one_triangle}});
         frame.position = jaws_over_tissue(rest);
         frame.previous = frame.position;
         frame.velocity = Matrix3X::Zero(3, 9);
         frame.pose.assign(2, {});
+        materials = test::empty_materials(topology);
         materials.springs = {{.i = 6, .j = 7, .rest = rest, .k = spring_k}};
-        materials.rest_bias = Matrix3X::Zero(3, 9);
         materials.pinned = {0, 0, 0, 0, 0, 0, 0, 1, 1};
-        materials.mass.assign(9, 0.0);
         for (std::size_t v = 6; v < 9; ++v) materials.mass[v] = 1e-4;
-        materials.area.assign(9, 0.0);
-        materials.mean_stiffness.assign(9, 0.0);
-        materials.triangle_stiffness.assign(3, 0.0);
-        materials.drag.assign(9, 0.0);
         materials.drag[6] = 0.1;
         materials.strain_limit = strain_limit;
-        materials.contact_laws.assign(topology.body_pairs.size(), {});
-        materials.trocar_point.assign(2, std::nullopt);
-        materials.tip.assign(2, Vector3::Zero());
         output.resize(9, 2);
         response->prepare(topology, materials);
         tissue = std::make_unique<MassSpring>(topology, materials);
@@ -163,6 +159,7 @@ TEST(Grasp, FollowedVertexLoadsTheToolWithStiffnessTimesTravel) {
     Bench bench("thesis");
     bench.close();
     ASSERT_EQ(bench.output.grasped, 1);
+    EXPECT_LT(bench.tool_force().norm(), 1e-9) << "taking hold shows no force of its own";
     for (const double travel : {0.001, 0.004, 0.02}) {
         bench.settle(0.1, travel, 3);
         EXPECT_NEAR(bench.frame.position(0, Bench::held), -travel, 1e-12);
@@ -187,6 +184,7 @@ TEST(Grasp, HeldBySpringsItIsTwoSpringsInSeries) {
         Bench bench(GraspSettings{.both_jaws = true, .stiffness = k});
         bench.close();
         ASSERT_EQ(bench.output.grasped, 1);
+        EXPECT_LT(bench.tool_force().norm(), 1e-9) << "taking hold shows no force of its own";
         for (int tick = 0; tick <= 100; ++tick) bench.step(0.1, 4e-5 * tick);
         bench.settle(0.1, 0.004);
         EXPECT_NEAR(bench.tool_force().x(), 0.004 * k * Bench::spring_k / (k + Bench::spring_k), 1e-6);
@@ -262,25 +260,23 @@ TEST(Grasp, OneJawIsEnoughForTheThesisAndNotForTheCorrection) {
 TEST(Grasp, JawsThatAreBodiesOfOneInstrumentCloseTogetherAndThoseOfTwoDoNot) {
     // One jaw above and one below a tissue corner; both jaws must touch it.
     for (const bool is_one : {true, false}) {
-        Triangles face(3, 1);
-        face << 0, 1, 2;
-        const Topology topology = make_topology(
-            {Body{.name = "upper",
-                  .kind = BodyKind::instrument,
-                  .instrument = "grasper",
-                  .vertex_count = 3,
-                  .triangles = face},
-             Body{.name = "lower",
-                  .kind = BodyKind::instrument,
-                  .instrument = is_one ? "grasper" : "hook",
-                  .vertex_count = 3,
-                  .triangles = face},
-             Body{.name = "tissue", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = face}});
-        Materials materials;
-        materials.pinned.assign(9, 0);
+        const Topology topology = make_topology({Body{.name = "upper",
+                                                      .kind = BodyKind::instrument,
+                                                      .instrument = "grasper",
+                                                      .vertex_count = 3,
+                                                      .triangles = test::one_triangle},
+                                                 Body{.name = "lower",
+                                                      .kind = BodyKind::instrument,
+                                                      .instrument = is_one ? "grasper" : "hook",
+                                                      .vertex_count = 3,
+                                                      .triangles = test::one_triangle},
+                                                 Body{.name = "tissue",
+                                                      .kind = BodyKind::tissue,
+                                                      .closed = false,
+                                                      .vertex_count = 3,
+                                                      .triangles = test::one_triangle}});
+        Materials materials = test::empty_materials(topology);
         materials.mass.assign(9, 1e-4);
-        materials.area.assign(9, 0.0);
-        materials.tip.assign(3, Vector3::Zero());
         Frame frame;
         frame.position = jaws_over_tissue(0.05);
         frame.pose.assign(3, {});
@@ -309,16 +305,16 @@ TEST(Grasp, TakesWhatTouchesTheJawsWithinTheirCylinderByEveryKindOfContact) {
     // 2.5 mm thick to every side. The tissue's only spring is 10 mm long: nearer than 0.2 mm touches.
     const Vector3 tip(0.4, -0.7, 0.9);
     const Vector3 axis(0.6, 0.0, 0.8);
-    Triangles face(3, 1);
-    face << 0, 1, 2;
     const Topology topology = make_topology(
-        {Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 3, .triangles = face},
-         Body{.name = "tissue", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = face}});
-    Materials materials;
+        {Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 3, .triangles = test::one_triangle},
+         Body{.name = "tissue",
+              .kind = BodyKind::tissue,
+              .closed = false,
+              .vertex_count = 3,
+              .triangles = test::one_triangle}});
+    Materials materials = test::empty_materials(topology);
     materials.springs = {{.i = 3, .j = 4, .rest = 0.01, .k = 100.0}};
-    materials.pinned.assign(6, 0);
     materials.mass.assign(6, 1e-4);
-    materials.area.assign(6, 0.0);
     materials.tip.assign(2, tip);
     // Of the tissue's corners the first is so far (m) along the jaws and to the side, the others are too far away.
     const auto held = [&](ContactCase kind, double along, double aside, double gap) {
@@ -465,14 +461,6 @@ TEST(Grasp, TakenAgainWhileLetGoItIsHeldByOneSpring) {
     bench.step(0.1, 0.005);
     EXPECT_EQ(bench.output.grasped, 1);
     EXPECT_EQ(bench.output.contacts.size(), 3U);
-}
-
-TEST(Grasp, AttachingShowsNoForceOfItsOwn) {
-    for (const char* method : {"thesis", "thesis:profile=corrected"}) {
-        Bench bench(method);
-        bench.close();
-        EXPECT_LT(bench.tool_force().norm(), 1e-9) << method;
-    }
 }
 
 /// What a shipped scene shows of its grasp.

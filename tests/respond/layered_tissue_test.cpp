@@ -79,11 +79,6 @@ TEST(UnilateralLayers, GapToolPressedOrStabbedIntoTwoLayersIsClearOfBothInEveryT
     });
 }
 
-test::Mesh lowered(test::Mesh mesh, double by) {
-    for (Vector3& point : mesh.points) point.z() -= by;
-    return mesh;
-}
-
 /// What a run of two tissues, bodies 1 and 2, under a tool comes to.
 struct StackedCourse {
     double worst = 0.0;    ///< m, depth after any tick
@@ -91,12 +86,13 @@ struct StackedCourse {
     double work = 0.0;     ///< J, given by the tool and taken from it, added up
 };
 
-StackedCourse run_stacked(const LoopBody& tool, const test::Mesh& upper, const LayeredTissue& lower, double between) {
-    ClosedLoop loop(
-        {tool, LoopBody{.name = "upper", .kind = BodyKind::tissue, .closed = false, .mesh = upper},
-         LoopBody{
-             .name = "lower", .kind = BodyKind::tissue, .closed = lower.closed, .mesh = lowered(lower.mesh, between)}},
-        "unilateral");
+StackedCourse run_stacked(const LoopBody& tool, const test::Shape& upper, const LayeredTissue& lower, double between) {
+    ClosedLoop loop({tool, LoopBody{.name = "upper", .kind = BodyKind::tissue, .closed = false, .mesh = upper},
+                     LoopBody{.name = "lower",
+                              .kind = BodyKind::tissue,
+                              .closed = lower.closed,
+                              .mesh = test::Shape(lower.mesh).move({0.0, 0.0, -between})}},
+                    "unilateral");
     DepthTruth truth(loop.topology, loop.frame);
     const double at_rest = test::energy_of(loop.materials, loop.frame);
     StackedCourse course;
@@ -120,7 +116,7 @@ TEST(StackedTissue, GapIsClearOfEachOtherAfterEveryTickOfAStabOrADragAndTakesIts
     test::expect_known_gap("stabbed at 0.5 m/s two sheets 0.3 mm apart overlap by 1.4 mm and gain energy", [] {
         constexpr double clear = 1e-4;  // m
         const int across = 14;
-        const test::Mesh upper = test::make_sheet(across, edge);
+        const test::Shape upper = test::make_sheet(across, edge);
         // Vertex over vertex, vertices that meet edges and faces, and a closed body.
         const std::vector<LayeredTissue> lowers{{.mesh = upper},
                                                 {.mesh = test::make_sheet(across - 1, edge * across / (across - 1))},
@@ -141,7 +137,7 @@ TEST(StackedTissue, GapIsClearOfEachOtherAfterEveryTickOfAStabOrADragAndTakesIts
                 for (const LayeredTissue& lower : lowers) {
                     const StackedCourse course = run_stacked(tool, upper, lower, between);
                     const std::string name = fmt::format("stab {}, {} mm apart, lower tissue of {} vertices", stab,
-                                                         1e3 * between, lower.mesh.points.size());
+                                                         1e3 * between, lower.mesh.vertices.size());
                     EXPECT_LE(course.worst, clear) << name;
                     EXPECT_GT(course.work, 1e-3) << name << ": both must have been pressed";
                     EXPECT_LE(course.created, 0.01 * course.work) << name;
@@ -155,7 +151,7 @@ TEST(StackedTissue, GapIsClearOfEachOtherAfterEveryTickOfAStabOrADragAndTakesIts
 
 TEST(UnilateralWithdrawal, SheetDoesNotFlyPastAToolThatLeavesItsPocketFast) {
     constexpr double clear = 1e-4;  // m
-    const test::Mesh sheet = test::make_sheet(14, edge);
+    const test::Shape sheet = test::make_sheet(14, edge);
     for (const double speed : {0.5, 1.0, 2.0, 3.0}) {
         for (const double point_length : {0.008, 0.0}) {
             const double lowest = -0.008;

@@ -16,29 +16,29 @@ namespace {
 using test::ClosedLoop;
 using test::make_shaft;
 using test::make_sheet;
-using test::Mesh;
+using test::Shape;
 
 constexpr double clear = 1e-4;  // m, what the requirement calls clear
 
 /// Without the triangles that have a corner within `radius` of the middle, and without the points that are left over.
 /// `round`: the corners of the hole are moved onto a circle.
-Mesh with_hole(const Mesh& sheet, double radius, bool round) {
-    Mesh mesh;
+Shape with_hole(const Shape& sheet, double radius, bool round) {
+    Shape mesh;
     std::map<Index, Index> number;
     for (const auto& triangle : sheet.triangles) {
         const bool cut = std::any_of(triangle.begin(), triangle.end(), [&](Index v) {
-            return sheet.points[static_cast<std::size_t>(v)].head<2>().norm() < radius;
+            return sheet.vertices[static_cast<std::size_t>(v)].head<2>().norm() < radius;
         });
         if (cut) continue;
         std::array<Index, 3> kept{};
         for (std::size_t i = 0; i < 3; ++i) {
-            const auto [place, is_new] = number.try_emplace(triangle[i], static_cast<Index>(mesh.points.size()));
-            if (is_new) mesh.points.push_back(sheet.points[static_cast<std::size_t>(triangle[i])]);
+            const auto [place, is_new] = number.try_emplace(triangle[i], static_cast<Index>(mesh.vertices.size()));
+            if (is_new) mesh.vertices.push_back(sheet.vertices[static_cast<std::size_t>(triangle[i])]);
             kept[i] = place->second;
         }
         mesh.triangles.push_back(kept);
     }
-    for (Vector3& p : mesh.points) {
+    for (Vector3& p : mesh.vertices) {
         const double r = p.norm();
         if (round && r < 1.25 * radius) p *= radius / r;
     }

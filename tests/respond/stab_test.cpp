@@ -20,7 +20,7 @@ using test::make_box;
 using test::make_plate;
 using test::make_shaft;
 using test::make_sheet;
-using test::Mesh;
+using test::Shape;
 using test::tool_on_tissue;
 
 /// Largest distance of a tool vertex (body 0) near the middle below the tissue's upper surface, m.
@@ -43,7 +43,7 @@ struct Path {
 };
 
 /// The tip goes from 2 mm above to `depth` below, waits 20 ms, and moves on by path.second; then stands still.
-ClosedLoop stab(const std::string& method, const Mesh& tissue, bool closed, double top, double depth,
+ClosedLoop stab(const std::string& method, const Shape& tissue, bool closed, double top, double depth,
                 const Path& path) {
     const double arrival = (0.002 + depth) / path.speed;
     const auto offset = [=](double t) -> Vector3 {
@@ -63,9 +63,9 @@ const std::array<Path, 4> paths{{{"half withdrawn", 0.5, Vector3(0, 0, 0.003)},
                                  {"dragged up and out", 0.4, Vector3(-0.006, 0.009, 0.004)}}};
 
 TEST(UnilateralStab, EndsClearOnSheetAndOrganTwoHundredMillisecondsAfterTheLastKey) {
-    Mesh organ = make_shaft(0.02, 0.03, 12, 0.008);
+    Shape organ = make_shaft(0.02, 0.03, 12, 0.008);
     for (const bool closed : {false, true}) {
-        const Mesh tissue = closed ? organ : make_sheet(12, 0.005);
+        const Shape tissue = closed ? organ : make_sheet(12, 0.005);
         for (const Path& path : paths) {
             ClosedLoop loop = stab("unilateral", tissue, closed, closed ? 0.03 : 0.0, 0.006, path);
             std::int64_t ruptures = 0;
@@ -91,9 +91,7 @@ TEST(UnilateralPress, BluntToolOnSmallerTrianglesThanItsOwnLeavesNothingBetweenT
 
 TEST(UnilateralPress, BarThinnerThanTheMeshDoesNotPassBetweenItsOwnVertices) {
     // A bar of 0.6 mm, 60 mm long, that falls across the edges of a sheet of 10 mm edges at 0.45 m/s, to 6 mm below it.
-    Mesh bar = make_box(Vector3(0.0006, 0.06, 0.0006));
-    const Eigen::AngleAxisd across(0.785, Vector3::UnitZ());
-    for (Vector3& p : bar.points) p = across * p;
+    const Shape bar = make_box(Vector3(0.0006, 0.06, 0.0006)).rotate(Vector3::UnitZ(), 0.785);
     const auto offset = [](double t) { return Vector3(0.0013, 0.0011, 0.003 - std::min(0.45 * t, 0.009)); };
     const auto worst = [&](const std::string& method) {
         ClosedLoop loop = tool_on_tissue(bar, offset, make_sheet(10, 0.01), method);

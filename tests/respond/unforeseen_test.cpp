@@ -21,8 +21,8 @@ using test::LoopBody;
 using test::make_box;
 using test::make_shaft;
 using test::make_sheet;
-using test::Mesh;
 using test::run_course;
+using test::Shape;
 using test::tool_on_tissue;
 
 TEST(UnilateralLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNothingIntoIt) {
@@ -42,20 +42,15 @@ TEST(UnilateralLanding, FlatEndThatComesToStandExactlyInTheSheetsPlaneThrowsNoth
 TEST(UnilateralOpenTool, BladeThatCutsDownIntoASheetIsHeldUpAndNotPushedAside) {
     // Two triangles upright over the sheet: half of its vertices are below the blade's plane, none behind the blade.
     // The sheet is flat, so that what carries the blade can lean by the slope of its dent only.
-    Mesh blade;
-    blade.points = {{-0.006, 0.0, 0.0}, {0.006, 0.0, 0.0}, {0.006, 0.0, 0.012}, {-0.006, 0.0, 0.012}};
-    blade.triangles = {{0, 1, 2}, {0, 2, 3}};
+    const Shape blade{{{-0.006, 0.0, 0.0}, {0.006, 0.0, 0.0}, {0.006, 0.0, 0.012}, {-0.006, 0.0, 0.012}},
+                      {{0, 1, 2}, {0, 2, 3}}};
     for (const double turn : {0.0, 0.5, 0.8, -0.8, 2.0}) {
-        Mesh turned = blade;
-        for (Vector3& point : turned.points) {
-            point = Eigen::AngleAxisd(turn, Vector3::UnitZ()) * point;
-        }
         ClosedLoop loop(
             {LoopBody{
                  .name = "blade",
                  .kind = BodyKind::instrument,
                  .closed = false,
-                 .mesh = turned,
+                 .mesh = Shape(blade).rotate(Vector3::UnitZ(), turn),
                  .offset =
                      [](double t) {
                          return Vector3(0.0013, 0.0007, 0.001 - 0.05 * std::min({t, 0.08, std::max(0.0, 0.3 - t)}));
@@ -77,9 +72,7 @@ TEST(UnilateralOpenTool, BladeThatCutsDownIntoASheetIsHeldUpAndNotPushedAside) {
 /// Force along its axis over force across on a bar that lies on its edge and is drawn along that edge. The bar is
 /// longer than the sheet's triangles: between its ends it touches with points on its edge only.
 double drag_share(double friction) {
-    Mesh bar = make_box(Vector3(0.034, 0.003, 0.003));
-    const double turn = 0.25 * 3.14159265358979;
-    for (Vector3& point : bar.points) point = Eigen::AngleAxisd(turn, Vector3::UnitX()) * point;
+    const Shape bar = make_box(Vector3(0.034, 0.003, 0.003)).rotate(Vector3::UnitX(), 0.25 * 3.14159265358979);
     const auto offset = [](double t) {
         constexpr double press_until = 0.1;  // s
         const double down = 0.03 * std::min(t, press_until);

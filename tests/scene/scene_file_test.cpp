@@ -10,8 +10,6 @@
 #include <regex>
 #include <set>
 
-#include "geometry/mesh_file.hpp"
-#include "geometry/orientation.hpp"
 #include "scene/retired_names.hpp"
 #include "scene/scene.hpp"
 #include "support/meshes.hpp"
@@ -542,11 +540,6 @@ TEST_F(BoneFile, AMeshInsideOutIsRefusedWithItsVolume) {
     document["bodies"][0]["closed"] = true;
     EXPECT_EQ(complaint_about(document.dump()), expected);
     document["bodies"][0]["closed"] = false;
-    EXPECT_EQ(complaint_about(document.dump()), "");
-    // Mended as the complaint says.
-    document["bodies"][0]["closed"] = true;
-    const Mesh mesh = read_mesh(folder.path() / "bone.obj");
-    write_obj(folder.path() / "bone.obj", mesh.vertices, mended(mesh.vertices, mesh.triangles));
     EXPECT_EQ(complaint_about(document.dump()), "");
 }
 

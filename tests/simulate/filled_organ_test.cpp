@@ -7,6 +7,7 @@
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
 #include "support/scene_samples.hpp"
+#include "support/surfaces.hpp"
 
 namespace trocar {
 namespace {
@@ -16,14 +17,9 @@ struct Pressed {
     double force = 0.0;          ///< N, on the tool at the last tick
 };
 
-/// Volume (m³) enclosed by the body's triangles: tetrahedra from the origin.
 double volume_of(const Scene& scene, const Frame& frame, const BodyRange& body) {
-    double sum = 0.0;
-    for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-        const auto corner = [&](int i) -> Vector3 { return frame.position.col(scene.topology.triangles(i, t)); };
-        sum += corner(0).dot(corner(1).cross(corner(2))) / 6.0;
-    }
-    return sum;
+    return test::signed_volume(
+        {frame.position, scene.topology.triangles.middleCols(body.triangles.first, body.triangles.count)});
 }
 
 /// i2t_press_filled with another bulk modulus (Pa), until the shaft has stood for 250 ms.

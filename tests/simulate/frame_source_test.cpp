@@ -12,20 +12,6 @@
 namespace trocar {
 namespace {
 
-TEST(SceneFrames, TissueYieldsToTheTool) {
-    const Scene scene = test::scene_from_text(test::poke_text());
-    const auto source = scene_frames(scene, 60);
-    Frame frame;
-    while (source->next(frame)) {
-    }
-    for (const BodyRange& body : scene.topology.bodies) {
-        if (body.kind != BodyKind::tissue) continue;
-        const auto z = frame.position.row(2).segment(body.vertices.first, body.vertices.count);
-        EXPECT_LT(z.minCoeff(), -0.0005);
-        EXPECT_GT(z.minCoeff(), -0.0035);
-    }
-}
-
 TEST(SceneFrames, ThePathOfATickInWhichTheToolComesThroughDoesNotCountAsDepth) {
     // The ball, with one vertex straight below its middle, comes down by 0.1 mm a tick and is 1 µm through the plane of
     // the sheet when the tenth tick ends. It is above the sheet in all sub-steps but the last, so that it pushes no

@@ -289,20 +289,6 @@ TEST(ClosedLoop, ScriptedBodiesLeaveNothingThatAMethodCouldAnswerFor) {
     EXPECT_TRUE(std::isfinite(record.summary.at(Metric::depth_error_max_m)));
 }
 
-TEST(ClosedLoop, NativeContactsOfADetectorWithoutThemAreUnsupported) {
-    const Scene scene = test::scene_from_text(test::poke_text());
-    for (const DetectorEntry& entry : registry().detectors()) {
-        if (entry.native_contacts) continue;
-        RunSpec spec = spec_of("closed_loop", entry.name, own_responses().front());
-        spec.contacts = "native";
-        const Record record = make_run(scene, spec);
-        EXPECT_EQ(record.outcome.kind, OutcomeKind::unsupported);
-        EXPECT_TRUE(record.rows.empty());
-        return;
-    }
-    FAIL() << "no detector without native contacts";
-}
-
 TEST(ClosedLoop, NativeContactsAreUnsupportedForExactlyTheResponsesThatCannotReadThem) {
     const Scene scene = test::scene_from_text(test::poke_text());
     const auto& detectors = registry().detectors();
@@ -317,6 +303,8 @@ TEST(ClosedLoop, NativeContactsAreUnsupportedForExactlyTheResponsesThatCannotRea
         const Record record = make_run(scene, spec);
         EXPECT_EQ(record.outcome.kind == OutcomeKind::unsupported, !takes(entry, "native")) << entry.name;
         EXPECT_EQ(record.rows.empty(), !takes(entry, "native")) << entry.name;
+        EXPECT_EQ(record.outcome.message.find("not from 'native'") != std::string::npos, !takes(entry, "native"))
+            << record.outcome.message;
     }
 }
 

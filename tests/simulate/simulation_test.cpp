@@ -62,32 +62,6 @@ private:
     Index vertex_;
 };
 
-/// The plane z = 0 as a spring on the lowest vertex of the tool: the closed form that the operator is held against.
-class PlaneSpring final : public Idle {
-public:
-    PlaneSpring(Range tool, double k) : tool_(tool), k_(k) {}
-    void respond(const Frame& frame, double /*dt*/, const ContactSet& /*contacts*/,
-                 std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
-        output.clear();
-        Index lowest = tool_.first;
-        for (Index v = tool_.first; v < tool_.end(); ++v) {
-            if (frame.position(2, v) < frame.position(2, lowest)) lowest = v;
-        }
-        ContactForceLaw contact;
-        contact.vertices[0] = lowest;
-        contact.weights[0] = 1.0;
-        contact.normal = Vector3::UnitZ();
-        contact.gap = frame.position(2, lowest);
-        contact.k = k_;
-        contact.mu = 2.0;
-        if (contact.gap < 0.0) output.contacts.push_back(contact);
-    }
-
-private:
-    Range tool_;
-    double k_;
-};
-
 /// Says what every body bears, as one does that puts tissue somewhere: no contact carries it.
 class Bearing final : public Idle {
 public:
@@ -157,13 +131,6 @@ TEST(Simulation, ScriptedBodyFollowsItsPosesExactly) {
     EXPECT_EQ(simulation.frame().hash(), simulation.seen().hash()) << "nothing advances without a response";
 }
 
-TEST(Simulation, FirstTickSeesTheFirstFrame) {
-    const Scene scene = scene_from_text(poke_text());
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
-    simulation.step();
-    EXPECT_EQ(simulation.seen().position, scene.first.position);
-}
-
 TEST(Simulation, OnlyStagesThatTheSceneNamesArePresent) {
     const Scene tissue = scene_from_text(poke_text());
     Simulation with(tissue, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
@@ -183,15 +150,6 @@ TEST(Simulation, OnlyStagesThatTheSceneNamesArePresent) {
     EXPECT_EQ(rigid.yielding_pairs(), std::vector<std::uint8_t>{0});
 }
 
-TEST(Simulation, TissueAtRestStaysAtRest) {
-    const Scene scene = scene_from_text(poke_text());
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
-    for (int tick = 0; tick < 50; ++tick) simulation.step();
-    const Range sheet = range_of(scene, "sheet");
-    const auto moved = (simulation.frame().position - scene.first.position).middleCols(sheet.first, sheet.count);
-    EXPECT_LT(moved.cwiseAbs().maxCoeff(), 1e-12);
-}
-
 TEST(Simulation, NonFiniteForceIsAnOutcomeAndTheFrameStays) {
     const Scene scene = scene_from_text(poke_text());
     const Range sheet = range_of(scene, "sheet");
@@ -202,7 +160,7 @@ TEST(Simulation, NonFiniteForceIsAnOutcomeAndTheFrameStays) {
     before = simulation.frame();
     const StepRow row = simulation.step();
     EXPECT_EQ(row.outcome, OutcomeKind::not_finite);
-    EXPECT_FALSE(simulation.outcome().message.empty());
+    EXPECT_TRUE(simulation.outcome().message.starts_with("respond: ")) << simulation.outcome().message;
     EXPECT_EQ(simulation.frame().position, before.position);
     EXPECT_EQ(simulation.frame().tick, before.tick);
     EXPECT_EQ(simulation.step().outcome, OutcomeKind::not_finite) << "a failed run does not go on";
@@ -253,35 +211,14 @@ TEST(Simulation, ALoadThatNoContactCarriesIsShownForTheWholeInstrumentWithItsMom
     EXPECT_LT((row.tool_moment - (moment - tip.cross(force))).norm(), 1e-15);
 }
 
-TEST(Simulation, OperatorRestsWhereOperatorAndContactBalance) {
-    // Virtual coupling K pulls down by K (D - d), the plane pushes up by k d: d = K D / (K + k).
-    const double press = 0.004;
-    const double k = 900.0;
-    const Scene scene = scene_from_text(press_text(press));
-    const Range tool = range_of(scene, "tool");
-    Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<PlaneSpring>(tool, k),
-                          meeting_triangles());
-    StepRow row;
-    for (int tick = 0; tick < 1500; ++tick) row = simulation.step();
-    ASSERT_TRUE(simulation.outcome().ok());
-    double lowest = 1.0;
-    for (Index v = tool.first; v < tool.end(); ++v) lowest = std::min(lowest, simulation.frame().position(2, v));
-    double start = 1.0;
-    for (Index v = tool.first; v < tool.end(); ++v) start = std::min(start, scene.first.position(2, v));
-    const double target = start - (0.009 - (0.008 - press));  // where the script wants the lowest vertex
-    const double depth = 300.0 * -target / (300.0 + k);
-    EXPECT_NEAR(lowest, -depth, 1e-6);
-    EXPECT_NEAR(row.tool_force.z(), k * depth, 1e-3);
-    EXPECT_NEAR(row.tool_force.x(), 0.0, 1e-12);
-    EXPECT_GE(row.stage_ns[static_cast<std::size_t>(Stage::advance)], 0);
-    EXPECT_EQ(simulation.yielding_pairs(), std::vector<std::uint8_t>{1});
-}
-
 TEST(Simulation, OperatorWithoutContactFollowsItsScript) {
     const Scene scene = scene_from_text(press_text(-0.0005));
     const Range tool = range_of(scene, "tool");
     Simulation simulation(scene, std::make_unique<Blind>(), std::make_unique<Idle>(), meeting_triangles());
-    for (int tick = 0; tick < 400; ++tick) simulation.step();
+    StepRow row;
+    for (int tick = 0; tick < 400; ++tick) row = simulation.step();
+    EXPECT_GE(row.stage_ns[static_cast<std::size_t>(Stage::advance)], 0);
+    EXPECT_EQ(simulation.yielding_pairs(), std::vector<std::uint8_t>{1});
     const Vector3 moved = simulation.frame().position.col(tool.first) - scene.first.position.col(tool.first);
     EXPECT_NEAR(moved.z(), -0.0005, 1e-6);
 }
@@ -308,37 +245,11 @@ TEST(Simulation, ReplayAnswersLikeTheLoopThatMadeTheFrames) {
     EXPECT_EQ(replay.replay(frame).outcome, OutcomeKind::ok);
 }
 
-TEST(Simulation, NoStageOfOursAllocatesAfterWarmUp) {
-    const Scene scene = scene_from_text(poke_text());
-    for (const DetectorEntry& detector : registry().detectors()) {
-        for (const ResponseEntry& response : registry().responses()) {
-            if (!detector.own || !response.own) continue;
-            // A position response may blow up on other contacts.
-            const ContactGeneratorEntry& source =
-                registry().contact_generator(test::meeting_triangles_or_own(parse_method(response.name)));
-            if (!why_unreported(detector, source).empty()) continue;
-            Simulation simulation(scene, make_detector(detector.name), make_response(response.name), source,
-                                  {.watched = response.name == "unilateral"});
-            std::int64_t allocations = 0;
-            for (int tick = 0; tick < 600; ++tick) {
-                const StepRow row = simulation.step();
-                ASSERT_TRUE(simulation.outcome().ok()) << detector.name << ' ' << simulation.outcome().message;
-                // Buffers grow with the number of contacts, until tool (tick 40) and tissue have come to rest.
-                if (tick >= 500) allocations += row.allocations;
-                if (row.allocations < 0) GTEST_SKIP() << "allocations are not counted in this build";
-            }
-            EXPECT_EQ(allocations, 0) << detector.name << " + " << response.name;
-        }
-    }
-}
-
 TEST(QueryDistance, IsTheMarginDoubledUntilItHoldsWhatMayCome) {
     // One triangle of tissue with sides of 3, 4 and 5 mm: a mean edge of 4 mm, a margin of 1 mm.
-    Triangles one(3, 1);
-    one.col(0) << 0, 1, 2;
     Scene scene;
-    scene.topology = make_topology(
-        {Body{.name = "one", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = one}});
+    scene.topology = make_topology({Body{
+        .name = "one", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = test::one_triangle}});
     scene.first.position = Matrix3X::Zero(3, 3);
     scene.first.position(0, 1) = 0.003;
     scene.first.position(1, 2) = 0.004;

@@ -16,22 +16,18 @@
 #include "method/registry.hpp"
 #include "scene/world.hpp"
 #include "simulate/rupture.hpp"
+#include "support/materials.hpp"
 #include "support/meshes.hpp"
 #include "support/shown_force.hpp"
 #include "tissue/mass_spring.hpp"
 
 namespace trocar::test {
 
-struct Mesh {
-    std::vector<Vector3> points;
-    std::vector<std::array<Index, 3>> triangles;
-};
-
 /// n×n squares of edge `edge` around the origin in the plane z = 0, normal +z, alternating diagonals.
-inline Mesh make_sheet(int n, double edge) {
-    Mesh mesh;
+inline Shape make_sheet(int n, double edge) {
+    Shape mesh;
     for (int i = 0; i <= n; ++i) {
-        for (int j = 0; j <= n; ++j) mesh.points.emplace_back(edge * (i - 0.5 * n), edge * (j - 0.5 * n), 0.0);
+        for (int j = 0; j <= n; ++j) mesh.vertices.emplace_back(edge * (i - 0.5 * n), edge * (j - 0.5 * n), 0.0);
     }
     const auto at = [n](int i, int j) { return static_cast<Index>(i * (n + 1) + j); };
     for (int i = 0; i < n; ++i) {
@@ -49,13 +45,13 @@ inline Mesh make_sheet(int n, double edge) {
 }
 
 /// Adds a second layer of vertices, `by` from the first, and walls between the rims of the two.
-inline void add_walls(Mesh& mesh, const Vector3& by) {
+inline void add_walls(Shape& mesh, const Vector3& by) {
     std::map<std::pair<Index, Index>, int> directed;
     for (const auto& t : mesh.triangles) {
         for (std::size_t i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
     }
-    const auto count = static_cast<Index>(mesh.points.size());
-    for (Index v = 0; v < count; ++v) mesh.points.push_back(mesh.points[static_cast<std::size_t>(v)] + by);
+    const auto count = static_cast<Index>(mesh.vertices.size());
+    for (Index v = 0; v < count; ++v) mesh.vertices.push_back(mesh.vertices[static_cast<std::size_t>(v)] + by);
     for (const auto& [edge, uses] : directed) {
         if (directed.find({edge.second, edge.first}) != directed.end()) continue;
         mesh.triangles.push_back({edge.second, edge.first, edge.first + count});
@@ -64,44 +60,33 @@ inline void add_walls(Mesh& mesh, const Vector3& by) {
 }
 
 /// Closed plate of n×n squares of edge `edge`, from z = 0 down to -thickness. Lengths in m.
-inline Mesh make_plate(int n, double edge, double thickness) {
-    Mesh mesh = make_sheet(n, edge);
+inline Shape make_plate(int n, double edge, double thickness) {
+    Shape mesh = make_sheet(n, edge);
     const std::vector<std::array<Index, 3>> top = mesh.triangles;
-    const auto count = static_cast<Index>(mesh.points.size());
+    const auto count = static_cast<Index>(mesh.vertices.size());
     add_walls(mesh, Vector3(0.0, 0.0, -thickness));
     for (const auto& t : top) mesh.triangles.push_back({t[0] + count, t[2] + count, t[1] + count});
     return mesh;
 }
 
-/// Closed box centred at the origin, outward normals; bits 1, 2, 4 of corner i select +x, +y, +z.
-inline Mesh make_box(const Vector3& size) {
-    Mesh mesh;
-    for (int i = 0; i < 8; ++i) {
-        mesh.points.emplace_back(size.cwiseProduct(Vector3((i & 1) - 0.5, ((i >> 1) & 1) - 0.5, ((i >> 2) & 1) - 0.5)));
-    }
-    for (const std::array<Index, 4>& q :
-         {std::array<Index, 4>{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}}) {
-        mesh.triangles.push_back({q[0], q[1], q[2]});
-        mesh.triangles.push_back({q[0], q[2], q[3]});
-    }
-    return mesh;
-}
+/// Closed box centred at the origin, outward normals.
+inline Shape make_box(const Vector3& size) { return box_of(-0.5 * size, size); }
 
 /// Closed shaft along z from the origin (pointed or flat end) to `length`, outward normals.
-inline Mesh make_shaft(double radius, double length, int sides, double point_length) {
-    Mesh mesh;
+inline Shape make_shaft(double radius, double length, int sides, double point_length) {
+    Shape mesh;
     const int rings = 12;
-    mesh.points.emplace_back(0.0, 0.0, 0.0);
+    mesh.vertices.emplace_back(0.0, 0.0, 0.0);
     for (int r = 0; r <= rings; ++r) {
         const double z = point_length + (length - point_length) * r / rings;
         for (int s = 0; s < sides; ++s) {
             const double angle = 2.0 * std::numbers::pi * s / sides;
-            mesh.points.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
+            mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
         }
     }
-    mesh.points.emplace_back(0.0, 0.0, length);
+    mesh.vertices.emplace_back(0.0, 0.0, length);
     const auto at = [sides](int r, int s) { return static_cast<Index>(1 + r * sides + s % sides); };
-    const auto top = static_cast<Index>(mesh.points.size() - 1);
+    const auto top = static_cast<Index>(mesh.vertices.size() - 1);
     for (int s = 0; s < sides; ++s) {
         mesh.triangles.push_back({0, at(0, s + 1), at(0, s)});
         mesh.triangles.push_back({top, at(rings, s), at(rings, s + 1)});
@@ -117,7 +102,7 @@ struct LoopBody {
     std::string name;
     BodyKind kind = BodyKind::rigid;
     bool closed = true;
-    Mesh mesh;
+    Shape mesh;
     bool pin_rim = true;                         ///< tissue: pin vertices with the largest rest |x| or |y|
     std::function<Vector3(double)> offset = {};  ///< translation over time, m; absent: fixed
     std::string instrument = {};
@@ -144,9 +129,9 @@ public:
                             .kind = body.kind,
                             .closed = body.closed,
                             .instrument = body.instrument,
-                            .vertex_count = static_cast<Index>(body.mesh.points.size()),
+                            .vertex_count = static_cast<Index>(body.mesh.vertices.size()),
                             .triangles = matrix_of(body.mesh.triangles)});
-            total += static_cast<Index>(body.mesh.points.size());
+            total += static_cast<Index>(body.mesh.vertices.size());
         }
         topology = make_topology(list);
         frame.position.resize(3, total);
@@ -216,7 +201,7 @@ private:
         const Range range = topology.bodies[b].vertices;
         const Vector3 offset = bodies_[b].offset ? bodies_[b].offset(time) : Vector3::Zero();
         for (Index v = 0; v < range.count; ++v) {
-            frame.position.col(range.first + v) = bodies_[b].mesh.points[static_cast<std::size_t>(v)] + offset;
+            frame.position.col(range.first + v) = bodies_[b].mesh.vertices[static_cast<std::size_t>(v)] + offset;
         }
     }
 
@@ -225,15 +210,7 @@ private:
         constexpr double density_thickness = 1060.0 * 0.003;
         constexpr double preload = 0.2;
         const auto n = static_cast<std::size_t>(topology.vertex_count);
-        materials.mass.assign(n, 0.0);
-        materials.area.assign(n, 0.0);
-        materials.pinned.assign(n, 0);
-        materials.drag.assign(n, 0.0);
-        materials.mean_stiffness.assign(n, 0.0);
-        materials.triangle_stiffness.assign(static_cast<std::size_t>(topology.triangle_count()), 0.0);
-        materials.contact_laws.assign(topology.body_pairs.size(), {});
-        materials.trocar_point.assign(bodies_.size(), std::nullopt);
-        materials.tip.assign(bodies_.size(), Vector3::Zero());
+        materials = empty_materials(topology);
         std::map<std::pair<Index, Index>, double> edges;
         for (std::size_t b = 0; b < bodies_.size(); ++b) {
             if (bodies_[b].kind != BodyKind::tissue) continue;
@@ -291,7 +268,6 @@ private:
                     materials.triangle_stiffness[static_cast<std::size_t>(t)] += found->second / 3.0;
             }
         }
-        materials.rest_bias = Matrix3X::Zero(3, topology.vertex_count);
         Matrix3X force;
         internal_force(materials, frame.position, frame.velocity, force);
         for (std::size_t v = 0; v < n; ++v) {
@@ -311,7 +287,7 @@ private:
 };
 
 /// An instrument, body 0, over one tissue, body 1.
-inline ClosedLoop tool_on_tissue(const Mesh& tool, std::function<Vector3(double)> offset, const Mesh& tissue,
+inline ClosedLoop tool_on_tissue(const Shape& tool, std::function<Vector3(double)> offset, const Shape& tissue,
                                  const std::string& method, bool closed = false) {
     return ClosedLoop(
         {LoopBody{.name = "tool", .kind = BodyKind::instrument, .mesh = tool, .offset = std::move(offset)},

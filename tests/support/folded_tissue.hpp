@@ -11,7 +11,7 @@ namespace trocar::test {
 
 /// Two layers and their joint. Triangles are ordered: upper layer, lower layer, joint.
 struct LayeredTissue {
-    Mesh mesh;
+    Shape mesh;
     Index upper = 0;  ///< number of triangles of the upper layer, front in +z
     Index lower = 0;  ///< number of triangles of the lower layer, front in -z
     bool closed = false;
@@ -34,7 +34,7 @@ inline LayeredTissue make_fold(double half_length, double half_width, double gap
     LayeredTissue fold;
     for (int j = 0; j <= across; ++j) {
         for (const auto& [x, z] : path)
-            fold.mesh.points.emplace_back(x, -half_width + 2.0 * half_width * j / across, z);
+            fold.mesh.vertices.emplace_back(x, -half_width + 2.0 * half_width * j / across, z);
     }
     const auto add = [&](int from, int to) {
         for (int i = from; i < to; ++i) {
@@ -64,15 +64,15 @@ inline LayeredTissue make_fold(double half_length, double half_width, double gap
 inline LayeredTissue make_bag(int n, double edge, double gap) {
     LayeredTissue bag;
     bag.closed = true;
-    const Mesh sheet = make_sheet(n, edge);
+    const Shape sheet = make_sheet(n, edge);
     const double half_length = 0.5 * n * edge;
     const auto on_rim = [&](const Vector3& p) { return p.head<2>().cwiseAbs().maxCoeff() > half_length - 1e-9; };
     std::vector<Index> below;
-    for (const Vector3& p : sheet.points) bag.mesh.points.emplace_back(p.x(), p.y(), on_rim(p) ? -0.5 * gap : 0.0);
-    for (std::size_t v = 0; v < sheet.points.size(); ++v) {
-        const Vector3& p = sheet.points[v];
-        below.push_back(on_rim(p) ? static_cast<Index>(v) : static_cast<Index>(bag.mesh.points.size()));
-        if (!on_rim(p)) bag.mesh.points.emplace_back(p.x(), p.y(), -gap);
+    for (const Vector3& p : sheet.vertices) bag.mesh.vertices.emplace_back(p.x(), p.y(), on_rim(p) ? -0.5 * gap : 0.0);
+    for (std::size_t v = 0; v < sheet.vertices.size(); ++v) {
+        const Vector3& p = sheet.vertices[v];
+        below.push_back(on_rim(p) ? static_cast<Index>(v) : static_cast<Index>(bag.mesh.vertices.size()));
+        if (!on_rim(p)) bag.mesh.vertices.emplace_back(p.x(), p.y(), -gap);
     }
     const auto under = [&](const std::array<Index, 3>& t) {
         const auto at = [&](std::size_t i) { return below[static_cast<std::size_t>(t[i])]; };

@@ -1,11 +1,14 @@
-// Points and triangles of lists as matrices.
+// Points and triangles of lists, and both as matrices.
 #pragma once
 
 #include <array>
+#include <cstdint>
+#include <random>
 #include <vector>
 
 #include "geometry/exact.hpp"
 #include "geometry/types.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar::test {
 
@@ -24,6 +27,41 @@ inline Triangles matrix_of(const Faces& faces) {
     }
     return matrix;
 }
+
+/// Vertices and triangles of one body.
+struct Shape {
+    std::vector<Vector3> vertices;
+    Faces triangles;
+
+    Shape& add(const Shape& other) {
+        const auto first = static_cast<Index>(vertices.size());
+        vertices.insert(vertices.end(), other.vertices.begin(), other.vertices.end());
+        for (const auto& [a, b, c] : other.triangles) triangles.push_back({a + first, b + first, c + first});
+        return *this;
+    }
+    Shape& move(const Vector3& by) {
+        for (Vector3& v : vertices) v += by;
+        return *this;
+    }
+    Shape& rotate(const Vector3& axis, double angle) {
+        const Matrix3 rotation = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
+        for (Vector3& v : vertices) v = rotation * v;
+        return *this;
+    }
+    Shape& scale(double factor) {
+        for (Vector3& v : vertices) v *= factor;
+        return *this;
+    }
+    Shape& shake(double amplitude, std::uint32_t seed) {
+        std::mt19937 random(seed);
+        std::uniform_real_distribution<double> uniform(-amplitude, amplitude);
+        for (Vector3& v : vertices) v += random_vector(uniform, random);
+        return *this;
+    }
+};
+
+/// Of a body that is one triangle.
+inline const Triangles one_triangle = matrix_of(Faces{{0, 1, 2}});
 
 struct TriangleMesh {
     Matrix3X position;
@@ -44,5 +82,8 @@ inline std::vector<Vector3> cube_points(const Vector3& low, const Vector3& size)
     for (int i = 0; i < 8; ++i) points.push_back(low + size.cwiseProduct(Vector3(i & 1, (i >> 1) & 1, (i >> 2) & 1)));
     return points;
 }
+
+/// Closed box, outward normals.
+inline Shape box_of(const Vector3& low, const Vector3& size) { return {cube_points(low, size), cube_faces}; }
 
 }  // namespace trocar::test

@@ -10,6 +10,8 @@
 #include "contact/response_output.hpp"
 #include "method/registry.hpp"
 #include "scene/world.hpp"
+#include "support/materials.hpp"
+#include "support/meshes.hpp"
 #include "support/reported_contacts.hpp"
 #include "support/shown_force.hpp"
 #include "tissue/mass_spring.hpp"
@@ -30,27 +32,19 @@ struct PairSample {
     std::vector<ContactForce> contact_forces;
 
     PairSample(BodyKind kind_a, BodyKind kind_b, const Matrix3X& corners) {
-        Triangles one(3, 1);
-        one.col(0) << 0, 1, 2;
-        topology = make_topology({Body{.name = "a", .kind = kind_a, .vertex_count = 3, .triangles = one},
-                                  Body{.name = "b", .kind = kind_b, .vertex_count = 3, .triangles = one}});
+        topology = make_topology({Body{.name = "a", .kind = kind_a, .vertex_count = 3, .triangles = one_triangle},
+                                  Body{.name = "b", .kind = kind_b, .vertex_count = 3, .triangles = one_triangle}});
         frame.position = corners;
         frame.previous = corners;
         frame.velocity = Matrix3X::Zero(3, 6);
-        for (Index v = 0; v < 6; ++v) {
-            const bool tissue = (v < 3 ? kind_a : kind_b) == BodyKind::tissue;
-            materials.mass.push_back(tissue ? 1e-3 : 0.0);
-            materials.mean_stiffness.push_back(tissue ? 220.0 : 0.0);
-            materials.area.push_back(tissue ? 1e-5 : 0.0);
+        materials = empty_materials(topology);
+        for (std::size_t v = 0; v < 6; ++v) {
+            if ((v < 3 ? kind_a : kind_b) != BodyKind::tissue) continue;
+            materials.mass[v] = 1e-3;
+            materials.mean_stiffness[v] = 220.0;
+            materials.area[v] = 1e-5;
+            materials.triangle_stiffness[v / 3] = 170.0;
         }
-        materials.pinned.assign(6, 0);
-        materials.drag.assign(6, 0.0);
-        materials.rest_bias = Matrix3X::Zero(3, 6);
-        materials.triangle_stiffness = {kind_a == BodyKind::tissue ? 170.0 : 0.0,
-                                        kind_b == BodyKind::tissue ? 170.0 : 0.0};
-        materials.contact_laws.assign(topology.body_pairs.size(), {});
-        materials.trocar_point.assign(2, std::nullopt);
-        materials.tip.assign(2, Vector3::Zero());
         output.resize(6, 2);
     }
 

@@ -14,32 +14,6 @@
 
 namespace trocar::test {
 
-/// Vertices and triangles of one body.
-struct Shape {
-    std::vector<Vector3> vertices;
-    std::vector<std::array<Index, 3>> triangles;
-
-    Shape& move(const Vector3& by) {
-        for (Vector3& v : vertices) v += by;
-        return *this;
-    }
-    Shape& rotate(const Vector3& axis, double angle) {
-        const Matrix3 rotation = Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
-        for (Vector3& v : vertices) v = rotation * v;
-        return *this;
-    }
-    Shape& scale(double factor) {
-        for (Vector3& v : vertices) v *= factor;
-        return *this;
-    }
-    Shape& shake(double amplitude, std::uint32_t seed) {
-        std::mt19937 random(seed);
-        std::uniform_real_distribution<double> uniform(-amplitude, amplitude);
-        for (Vector3& v : vertices) v += random_vector(uniform, random);
-        return *this;
-    }
-};
-
 /// Open square sheet in the plane z = 0, centred at the origin, n × n quads.
 inline Shape sheet(double size, int n) {
     Shape shape;

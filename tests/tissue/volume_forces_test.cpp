@@ -182,32 +182,13 @@ TEST(VolumeForces, LinearisedStiffnessIsExactAtRestAndNeverNegative) {
 
 TEST(VolumeForces, StepLimitCountsThemAll) {
     for (const std::string tissue : {R"("bulk_modulus":3e6)", R"("bulk_modulus":3e7)"}) {
-        Scene scene = organ(R"("damping":0,"drag":0,"preload":0,"strain_limit":1000,)" + tissue);
+        const Scene scene = organ(R"("damping":0,"drag":0,"preload":0,)" + tissue);
         const double omega = largest_mode(scene.materials, scene.first.position).omega;
         EXPECT_GE(gershgorin_bound_omega(scene.materials, scene.first.position), omega * (1.0 - 1e-9)) << tissue;
         const Matrix3X place = shaken(scene.first.position, 0.001);
         EXPECT_GE(gershgorin_bound_omega(scene.materials, place),
                   largest_mode(scene.materials, place).omega * (1.0 - 1e-9))
             << tissue;
-        // Just below the exact limit it rings on, just above it blows up.
-        const LargestMode mode = largest_mode(scene.materials, scene.first.position);
-        for (const double share : {0.97, 1.05}) {
-            Frame frame = scene.first;
-            frame.velocity = 1e-5 * mode.shape;
-            scene.materials.substeps = 1;
-            MassSpring tissue_now(scene.topology, scene.materials);
-            const ResponseOutput output = empty_output(scene.topology);
-            std::vector<Wrench> reaction(1);
-            const double start = frame.velocity.cwiseAbs().maxCoeff();
-            double growth = 1.0;
-            bool failed = false;
-            for (int tick = 0; tick < 4000 && !failed; ++tick) {
-                const double h = share * critical_time_step(omega, 0.0);
-                failed = !tissue_now.advance(output, h, frame, reaction).ok();
-                growth = std::max(growth, frame.velocity.cwiseAbs().maxCoeff() / start);
-            }
-            EXPECT_EQ(failed || growth > 100.0, share > 1.0) << tissue << " at " << share << " by " << growth;
-        }
     }
 }
 
