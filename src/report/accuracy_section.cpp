@@ -145,6 +145,18 @@ std::string detection_chart(const Draft& draft, const std::vector<Method>& detec
     return draw(chart);
 }
 
+Table outcome_matrix(const Draft& draft, const std::vector<Method>& detectors, const std::vector<std::string>& scenes) {
+    Table matrix{.caption = "Scene × detector: ok, or what went wrong", .columns = {{"scene", false}}};
+    for (const Method& detector : detectors) matrix.columns.push_back({code(detector.label()), false});
+    for (const std::string& scene : scenes) {
+        matrix.rows.push_back({.cells = {scene}});
+        for (const Method& detector : detectors) {
+            matrix.rows.back().cells.push_back(case_text(draft.results.find(detector, scene)));
+        }
+    }
+    return matrix;
+}
+
 /// Depth left and tool force over time on the scene of the headline class where most is left.
 void course_charts(Draft& draft, const std::vector<Method>& methods) {
     const auto [class_name, scenes] = draft.headline_scenes();
@@ -238,17 +250,9 @@ void add_detection(Draft& draft) {
     draft.paragraph(
         "Replay: the same frames for every detector. Truth is decided by exact arithmetic on the frame's own "
         "doubles; pairs that only touch in a vertex or an edge count, and recall is given with and without them.");
-    Table matrix{.caption = "Scene × detector: ok, or what went wrong", .columns = {{"scene", false}}};
     std::vector<MetricRow> rows;
     for (const Method& detector : detectors) {
-        rows.push_back({.names = {code(detector.detector)}, .results = possible(draft.results, detector)});
-        matrix.columns.push_back({code(detector.detector), false});
-    }
-    for (const std::string& scene : scenes) {
-        matrix.rows.push_back({.cells = {scene}});
-        for (const Method& detector : detectors) {
-            matrix.rows.back().cells.push_back(case_text(draft.results.find(detector, scene)));
-        }
+        rows.push_back({.names = {code(detector.label())}, .results = possible(draft.results, detector)});
     }
     std::vector<MetricColumn> columns = pair_columns();
     columns.push_back(text_column("scenes ok", [](const ResultSet& results) {
@@ -264,8 +268,12 @@ void add_detection(Draft& draft) {
         },
         true));
     draft.add(table_of({.caption = "All replayed scenes together", .columns = {{"detector", false}}}, columns, rows));
-    draft.add(std::move(matrix));
+    // The page has the width for so many columns, and a chart the colours for little more.
+    constexpr std::size_t most_columns = 12;
+    const bool fits = detectors.size() <= most_columns;
+    if (fits) draft.add(outcome_matrix(draft, detectors, scenes));
     draft.add(table_of(draft, {.caption = "The same per scene", .mode = "replay", .columns = pair_columns()}));
+    if (!fits) return;
     draft.figure("detection_time", detection_chart(draft, detectors, scenes),
                  "Time per tick of each detector (update + detect) per scene: mark = median, whisker to the 99 % value "
                  "where there are 1000 ticks. Red: 1 ms.");
