@@ -127,6 +127,8 @@ Table size_page(const Draft& draft);
 void add_side_by_side(Draft& draft);
 /// The worst tick of scenes that repeat their motion.
 void add_repeated_motion(Draft& draft);
+/// Its table, for page 1 of a study with no other part.
+Table repeated_motion_table(const Draft& draft);
 
 // against_section.cpp
 /// Steppers beside a second one that runs the scene in step.

@@ -176,7 +176,7 @@ void add_side_by_side(Draft& draft) {
     draft.add(table_of(draft, costs_table()));
 }
 
-void add_repeated_motion(Draft& draft) {
+Table repeated_motion_table(const Draft& draft) {
     MetricTable table{.caption = "Worst tick of a repeated motion",
                       .mode = "repeated_motion",
                       .columns = {count_column("n (ticks)", Metric::timed_ticks),
@@ -195,10 +195,14 @@ void add_repeated_motion(Draft& draft) {
         "The motion of a scene again and again, each time in another direction, driven by a neutral spring per pair. "
         "Work does not depend on the machine; the longest times do. What a library does inside is not in its work.";
     table.folded = false;
-    Table rows = table_of(draft, table);
-    if (rows.rows.empty()) return;
+    return table_of(draft, table);
+}
+
+void add_repeated_motion(Draft& draft) {
+    Table table = repeated_motion_table(draft);
+    if (table.rows.empty()) return;
     draft.heading(2, "Repeated motion");
-    draft.add(std::move(rows));
+    draft.add(std::move(table));
 }
 
 }  // namespace trocar

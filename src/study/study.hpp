@@ -117,6 +117,7 @@ struct SceneFacts {
     std::int64_t ticks = 0;
     double dt = 0.001;  ///< s
     std::int64_t triangles = 0;
+    std::int64_t motions = 0;  ///< bodies with a scripted motion
     bool lacks_data = false;
 };
 
@@ -160,7 +161,8 @@ struct PlannedRun {
 /// the same on every machine. Reads no scene.
 std::vector<PlannedRun> make_plan(const Study& study);
 
-/// Fills the facts of the scene, and sets `settled` for missing data.
+/// Fills the facts of the scene, and sets `settled` for missing data. Throws InputError for cycles of a scene without
+/// exactly one motion.
 void complete_run(const SceneFacts& facts, PlannedRun& run);
 
 /// Facts of study and methods for the record's environment, so that a report needs records only: "study.…",

@@ -220,7 +220,7 @@ void add_experiment(const Study& study, const Experiment& experiment, std::int64
 double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {
     const auto ticks = static_cast<double>(spec.ticks);
     const auto triangles = static_cast<double>(facts.triangles);
-    if (is_generated(spec)) return 1.0 + 1e-5 * triangles;
+    if (is_generated(spec)) return 0.4 + 2e-6 * triangles;
     constexpr double start = 0.05;            // s, process and scene
     constexpr double tick = 1.0e-4;           // s
     constexpr double tick_triangle = 1.0e-7;  // s per triangle
@@ -268,6 +268,10 @@ void complete_run(const SceneFacts& facts, PlannedRun& run) {
     run.spec.scene_hash = facts.hash;
     run.spec.pair_class = facts.pair_class;
     if (run.spec.ticks == 0) run.spec.ticks = facts.ticks;
+    if (override_value(run.spec.overrides, "cycles") > 0.0 && facts.motions != 1 && !facts.lacks_data) {
+        throw InputError("study", run.spec.scene_file, "one body with a motion, for cycles to repeat",
+                         fmt::format("{}", facts.motions));
+    }
     if (const double dt = override_value(run.spec.overrides, "dt"); dt > 0.0) {
         // The same time, in other ticks.
         run.spec.ticks = std::max(1LL, std::llround(static_cast<double>(run.spec.ticks) * facts.dt / dt));

@@ -135,6 +135,15 @@ TEST_F(StudyFile, CyclesRepeatTheMotionOfAReplay) {
     EXPECT_EQ(plan[0].spec.ticks, 500);
     EXPECT_TRUE(plan[0].group.empty());
     EXPECT_NE(complaint(study_of({press + R"(,"cycles":7)"})).find("cycles"), std::string::npos);
+    SceneFacts facts{};
+    facts.motions = 1;
+    PlannedRun run = plan[0];
+    EXPECT_NO_THROW(complete_run(facts, run));
+    facts.motions = 2;
+    EXPECT_NE(test::complaint_of([&] {
+                  complete_run(facts, run);
+              }).find("a.json: expected one body with a motion, for cycles to repeat, got 2"),
+              std::string::npos);
 }
 
 TEST_F(StudyFile, ASecondStepperIsThatOfEveryRun) {
