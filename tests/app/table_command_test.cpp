@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "support/commands.hpp"
+#include "support/text.hpp"
 #include "support/unpacked.hpp"
 
 namespace trocar {
@@ -15,8 +16,7 @@ TEST(TableCommand, PrintsEveryFormatFromAFolderOrItsRecords) {
     const test::ProgramResult markdown = test::run_successfully("table " + published + words);
     EXPECT_TRUE(markdown.out.starts_with("| scene | response | residual penetration max (mm) |\n")) << markdown.out;
     EXPECT_EQ(test::run_program("table " + published + "/records.jsonl.gz" + words).out, markdown.out);
-    EXPECT_NE(test::run_program("table " + published + words + " --format tex").out.find("\\begin{tabular}"),
-              std::string::npos);
+    test::expect_holds(test::run_program("table " + published + words + " --format tex").out, {"\\begin{tabular}"});
     const test::ProgramResult csv = test::run_program("table " + published + words + " --format csv");
     EXPECT_TRUE(csv.out.starts_with("scene,response,residual_penetration_max_mm\n")) << csv.out;
     EXPECT_EQ(std::count(csv.out.begin(), csv.out.end(), '\n') + 1,

@@ -44,8 +44,7 @@ TEST(BetweenTicksSection, WhoMissesContactsBetweenFramesDoesNotComeFirstForBeing
     Record fast = replay("searches", 3);
     fast.summary[Metric::total_median_ns] = 1.0;
     const Report report = make_report({fast, replay("follows", 0)});
-    const std::string& page = test::whole(report);
-    test::expect_holds(page,
+    test::expect_holds(test::whole(report),
                        {"| `follows` | 0 of 4440 | 0 | 0 of 4 |", "| 1 | `follows` | 0 / 0 of 4440 | 0 of 4 |",
                         "| 2 | `searches` | 0 / 0 of 4440 | 3 of 4 |",
                         "`follows` missed 0 and added 0 of 4440 pairs and missed 0 of 4 contacts between frames"});

@@ -45,8 +45,7 @@ TEST(HardCaseSection, EveryAnswerHasItsWord) {
 TEST(HardCaseSection, OurOwnMethodsStandFirst) {
     Record theirs = hard_case("one", "a");
     theirs.environment["detector.own"] = "no";
-    const std::string page = page_of({theirs, hard_case("one", "z")});
-    EXPECT_NE(page.find("| case | right answer | `z` | `a` |"), std::string::npos) << page;
+    test::expect_holds(page_of({theirs, hard_case("one", "z")}), {"| case | right answer | `z` | `a` |"});
 }
 
 TEST(HardCaseSection, WhereAFailureIsTheRightAnswerSilenceIsWrong) {
@@ -54,8 +53,7 @@ TEST(HardCaseSection, WhereAFailureIsTheRightAnswerSilenceIsWrong) {
     Record silent = hard_case("nan", "b");
     Record other = hard_case("nan", "c", OutcomeKind::crashed);
     for (Record* record : {&reported, &silent, &other}) record->environment["case.outcome"] = "not_finite";
-    const std::string page = page_of({reported, silent, other});
-    EXPECT_NE(page.find("| reported as not_finite | ok | not reported | crash |"), std::string::npos) << page;
+    test::expect_holds(page_of({reported, silent, other}), {"| reported as not_finite | ok | not reported | crash |"});
 }
 
 TEST(HardCaseSection, ABrokenBoundIsReportedWithItsFigure) {
@@ -66,9 +64,9 @@ TEST(HardCaseSection, ABrokenBoundIsReportedWithItsFigure) {
         records[k].summary[Metric::residual_penetration_max_m] = left[k];
         records[k].environment["case.at_most.residual_penetration_max_m"] = "0.0001";
     }
-    const std::string page = page_of(records);
-    test::expect_holds(page, {"| residual_penetration_max_m ≤ 0.100 mm | ok | residual_penetration_max_m 0.250 mm | "
-                              "residual_penetration_max_m n/a |"});
+    test::expect_holds(page_of(records),
+                       {"| residual_penetration_max_m ≤ 0.100 mm | ok | residual_penetration_max_m 0.250 mm | "
+                        "residual_penetration_max_m n/a |"});
 }
 
 TEST(HardCaseSection, PageOneCountsCasesByTheirFirstFaultAndPutsMethodsThatCountAlikeIntoOneRow) {
@@ -161,13 +159,13 @@ TEST(MetamorphicSection, ReportsYesHowFarOffAndNotApplicable) {
         stronger.summary[Metric::metamorphic_twice_n] = 1.5e-6;
         records.insert(records.end(), {good, bad, near, far, farther, stronger});
     }
-    const std::string page = page_of(records);
-    test::expect_holds(page, {"| detector | `good` | scene | yes | yes | n/a |",
-                              "| detector | `bad` | scene | no (3 of 50 pairs) | no | n/a |",
-                              "| response | `proximity` | scene | yes, to 2.0e-09 mm, 3.0e-10 N | yes |",
-                              "| response | `wide` | scene | no (2.0e+00 mm, 5.0e-01 N, scene) | yes |",
-                              "| response | `farther` | scene | no (1.5e-06 mm, 5.0e-07 N, scene) | yes |",
-                              "| response | `stronger` | scene | no (5.0e-07 mm, 1.5e-06 N, scene) | yes |"});
+    test::expect_holds(page_of(records),
+                       {"| detector | `good` | scene | yes | yes | n/a |",
+                        "| detector | `bad` | scene | no (3 of 50 pairs) | no | n/a |",
+                        "| response | `proximity` | scene | yes, to 2.0e-09 mm, 3.0e-10 N | yes |",
+                        "| response | `wide` | scene | no (2.0e+00 mm, 5.0e-01 N, scene) | yes |",
+                        "| response | `farther` | scene | no (1.5e-06 mm, 5.0e-07 N, scene) | yes |",
+                        "| response | `stronger` | scene | no (5.0e-07 mm, 1.5e-06 N, scene) | yes |"});
 }
 
 }  // namespace

@@ -139,9 +139,8 @@ TEST(PageOne, TearsAreNamedBesideTheWorst) {
     records[1].summary[Metric::ruptures] = 1;
     records[1].summary[Metric::reference_clears_hard] = 0;
     const Draft draft(records);
-    const std::string sentence = response_sentence(draft, response_rows(draft));
-    EXPECT_NE(sentence.find("`unilateral` left 0.500 mm at worst (on b; 1 tear in all)"), std::string::npos)
-        << sentence;
+    test::expect_holds(response_sentence(draft, response_rows(draft)),
+                       {"`unilateral` left 0.500 mm at worst (on b; 1 tear in all)"});
 }
 
 TEST(PageOne, WordsThatTakeSidesAreInNoTable) {
@@ -214,8 +213,8 @@ TEST(PageOne, MarkdownIsPageOneAndLinksToTheRest) {
 TEST(PageOne, ItsLastLineReportsWhereTheNumbersComeFromAndHowToHaveThemAgain) {
     const std::string again =
         " This page again: `trocar report .` in its folder; the records anew: `trocar study made_up.json`.</sub>\n";
-    const std::string loops = make_report(four_responses()).files.at("report.md");
-    test::expect_holds(loops, {"<sub>Study `made_up`, commit `abc1234`, Paper CPU, seed 1, 8 runs." + again});
+    test::expect_holds(make_report(four_responses()).files.at("report.md"),
+                       {"<sub>Study `made_up`, commit `abc1234`, Paper CPU, seed 1, 8 runs." + again});
     std::vector<Record> replays{synthetic({.mode = "replay", .scene = "b"}),
                                 synthetic({.mode = "replay", .scene = "a"})};
     replays[1].frames_hash = "00000000000000aa";
@@ -270,8 +269,7 @@ TEST(WorstTick, IsDrawnOnPageOneAndWithoutItThePageSaysHowToHaveIt) {
     const Report with = make_report(four_responses(), to_json(seen()));
     EXPECT_EQ(with.files.at("report.md").find("--picture"), std::string::npos);
     EXPECT_NE(with.files.at("report.md").find("(charts/worst_tick.svg)"), std::string::npos);
-    const std::string& picture = with.files.at("charts/worst_tick.svg");
-    test::expect_holds(picture, {"0.500 mm deep.", "depth 0 to 0.500 mm"});
+    test::expect_holds(with.files.at("charts/worst_tick.svg"), {"0.500 mm deep.", "depth 0 to 0.500 mm"});
     EXPECT_TRUE(with.files.contains("charts/worst_tick_force.svg"));
 }
 

@@ -646,22 +646,21 @@ TEST(Report, EveryResponseNamesARowOfTableTwoOneOrNone) {
     }
 }
 
+/// A point of a sweep, at 1 ms a tick.
+Record swept(test::SyntheticRun run) {
+    run.mode = "work_precision";
+    Record record = synthetic(run);
+    record.environment["run.dt_s"] = "0.001";
+    record.rows.clear();
+    return record;
+}
+
 /// The knob k at 50 and 100 for one response, at 100 for another that is slower and worse.
 std::vector<Record> sweep() {
-    std::vector<Record> records;
-    for (const auto& [response, point, us, left] :
-         {std::tuple{"soft", "50", 100, 2.0}, {"soft", "100", 200, 0.5}, {"slow", "100", 300, 0.75}}) {
-        Record record = synthetic({.mode = "work_precision",
-                                   .response = response,
-                                   .first_tick_us = us,
-                                   .residual_mm = left,
-                                   .knob = "k",
-                                   .point = point});
-        record.environment["run.dt_s"] = "0.001";
-        record.rows.clear();
-        records.push_back(record);
-    }
-    return records;
+    const auto at = [](const char* response, const char* point, std::int64_t us, double left) {
+        return swept({.response = response, .first_tick_us = us, .residual_mm = left, .knob = "k", .point = point});
+    };
+    return {at("soft", "50", 100, 2.0), at("soft", "100", 200, 0.5), at("slow", "100", 300, 0.75)};
 }
 
 TEST(Report, SettledScenesAreTheWorstOverTheDetectorsAndMotionsAreReportedOnce) {
@@ -726,22 +725,14 @@ TEST(Report, WorkAndPrecisionMarksDominatedPoints) {
          "| poke | k | `mine + soft` at 100 N/m | 0.500 mm | 200 | `mine + soft` at 50 N/m | 2.00 mm | 100 |",
          "> On poke over `k`, the least residual penetration is that of `mine + soft` at 100 N/m (0.500 mm "
          "at worst, 200 µs per "});
-    const std::string& chart = report.files.at("charts/work_precision_1.svg");
-    test::expect_holds(chart, {"mine + soft, k = 50 N/m: 100 µs, 2.00 mm", "1 ms"});
+    test::expect_holds(report.files.at("charts/work_precision_1.svg"),
+                       {"mine + soft, k = 50 N/m: 100 µs, 2.00 mm", "1 ms"});
 }
 
 TEST(Report, PointsOfOneCurveHaveTheNameOfTheMethodWithoutTheKnobAndWithAllElse) {
     const auto point = [](const std::string& detector, const std::string& response, const std::string& knob,
                           const std::string& value) {
-        Record record = synthetic({.mode = "work_precision",
-                                   .detector = detector,
-                                   .response = response,
-                                   .ticks = 20,
-                                   .knob = knob,
-                                   .point = value});
-        record.environment["run.dt_s"] = "0.001";
-        record.rows.clear();
-        return record;
+        return swept({.detector = detector, .response = response, .ticks = 20, .knob = knob, .point = value});
     };
     std::vector<Record> records;
     for (const std::string value : {"50", "100"}) {
@@ -785,8 +776,7 @@ TEST(Report, ForceErrorsAreRankedBeyondTheBoundOfTheReferenceOnly) {
                         "| `mine + soft` | 50 N/m | n/a | 100 | 2.00 | n/a / 0.500 | ok |",
                         "Hard contact: order in step 1.0; bound 0.02 N RMS. Equal k: no reference (for a test)."});
     EXPECT_FALSE(ranked.files.contains("charts/work_precision_1_equal_k.svg"));
-    EXPECT_NE(ranked.files.at("charts/work_precision_1_hard.svg").find("force error against hard contact"),
-              std::string::npos);
+    test::expect_holds(ranked.files.at("charts/work_precision_1_hard.svg"), {"force error against hard contact"});
     const Report alike = with_forces(0.02, 0.019, 0.001);
     EXPECT_NE(test::whole(alike).find("| poke | k | hard contact | not ranked |  | 0.0200 |  |"), std::string::npos);
     EXPECT_FALSE(alike.files.contains("charts/work_precision_1_hard.svg"));
@@ -810,8 +800,8 @@ TEST(Report, EveryStiffnessIsHeldAgainstTheReferenceOfItsOwn) {
                                   "| `mine + slow` | 100 N/m | n/a | 300 | 0.750 † | 0.500 † / n/a | ok |",
                                   "Equal k at 50 N/m: bound 0.01 N RMS. Equal k at 100 N/m: bound 0.04 N RMS.",
                                   "The reference itself knows 0.0100 to 0.0400 N."});
-    const std::string& chart = reported.files.at("charts/work_precision_1_equal_k.svg");
-    EXPECT_NE(chart.find("mine + soft, k = 50 N/m: 100 µs, 0.0300 N"), std::string::npos);
+    test::expect_holds(reported.files.at("charts/work_precision_1_equal_k.svg"),
+                       {"mine + soft, k = 50 N/m: 100 µs, 0.0300 N"});
 
     // A point without one keeps the place of the others.
     records[0].environment["reference.equal_k"] = "no reference (none is stored for k = 50 N/m)";
@@ -841,8 +831,7 @@ TEST(Report, AHalvedTickCostsTwiceAsMuchPerSimulatedTime) {
         record.spec.point = record.spec.point == "50" ? "0.0005" : "0.001";
         record.environment["run.dt_s"] = record.spec.point;
     }
-    const std::string markdown = test::whole(make_report(records));
-    EXPECT_NE(markdown.find("| `mine + soft` | 0.0005 s | n/a | 200 | 2.00 † |"), std::string::npos) << markdown;
+    test::expect_holds(test::whole(make_report(records)), {"| `mine + soft` | 0.0005 s | n/a | 200 | 2.00 † |"});
 }
 
 TEST(Report, KnobsThatAreTurnedAreNoNoise) {
@@ -880,9 +869,8 @@ TEST(Report, ABaselineLeftOutIsOneOfTheThingsThatAreChanged) {
 }
 
 TEST(Report, DepthOfASceneWhereOnlyTheContactYieldsIsCalledItsOwn) {
-    const std::string with =
-        test::whole(make_report({synthetic({.scene = "cross", .pair_class = "I2I"}), synthetic({})}));
-    EXPECT_NE(with.find("On cross nothing but the contact gives way"), std::string::npos) << with;
+    test::expect_holds(test::whole(make_report({synthetic({.scene = "cross", .pair_class = "I2I"}), synthetic({})})),
+                       {"On cross nothing but the contact gives way"});
     EXPECT_EQ(test::whole(make_report({synthetic({})})).find("nothing but the contact"), std::string::npos);
 }
 
@@ -937,11 +925,8 @@ TEST(Report, PacedTicksAreHeldAgainstTheReferenceOnTheSameTicks) {
     const std::string markdown =
         test::whole(make_report({paced("mine", "proximity", 300e3, 10e3), paced("mine", "", 900e3, 20e3),
                                  paced("theirs", "proximity", 1200e3, 500e3)}));
-    EXPECT_NE(markdown.find("| tick / update and detect of `theirs`, p50 |"), std::string::npos) << markdown;
+    test::expect_holds(markdown, {"| tick / update and detect of `theirs`, p50 |", "`mine + push` |"});
     // 300 / (500 + 100), 1200 / (500 + 100); no such ticks of the reference.
-    for (const char* cells : {"`mine + push by proximity` |", "`theirs + push by proximity` |", "`mine + push` |"}) {
-        EXPECT_NE(markdown.find(cells), std::string::npos) << cells << markdown;
-    }
     const auto cell_after = [&markdown](const std::string& row, const std::string& cell) {
         const std::size_t at = markdown.find(row);
         return at != std::string::npos &&
@@ -951,11 +936,11 @@ TEST(Report, PacedTicksAreHeldAgainstTheReferenceOnTheSameTicks) {
     EXPECT_TRUE(cell_after("`theirs + push by proximity` |", "| 2.00 |")) << markdown;
     EXPECT_FALSE(cell_after("`mine + push` |", "| 1.50 |")) << "the reference never ran on these ticks";
     // A study of the clock alone has its answer on page 1.
-    const std::string page =
+    test::expect_holds(
         make_report({paced("mine", "proximity", 300e3, 10e3), paced("theirs", "proximity", 1200e3, 500e3)})
-            .files.at("report.md");
-    test::expect_holds(page, {"| scene | detector + response | p50 (µs) | p99 (µs) | deadline misses | empty loop: "
-                              "misses | tick / update and detect of `theirs`, p50 |"});
+            .files.at("report.md"),
+        {"| scene | detector + response | p50 (µs) | p99 (µs) | deadline misses | empty loop: "
+         "misses | tick / update and detect of `theirs`, p50 |"});
 }
 
 /// A run whose detection takes this long in every tick.
@@ -981,12 +966,11 @@ TEST(Report, CostBySizeIsOneChartPerFamilyAndStepperWithSizesAscending) {
     ASSERT_NE(small, std::string::npos) << markdown;
     ASSERT_NE(large, std::string::npos) << markdown;
     EXPECT_LT(small, large);
-    EXPECT_NE(markdown.find("| organ_9k | `mine + push` | `implicit` | 9000 | 7 | unstable (tick 3: too stiff) |"),
-              std::string::npos);
+    test::expect_holds(markdown,
+                       {"| organ_9k | `mine + push` | `implicit` | 9000 | 7 | unstable (tick 3: too stiff) |"});
     // Families in alphabetical order; the organ has failed and no point.
     EXPECT_FALSE(report.files.contains("charts/cost_by_size_1.svg"));
-    const std::string& chart = report.files.at("charts/cost_by_size_2.svg");
-    test::expect_holds(chart,
+    test::expect_holds(report.files.at("charts/cost_by_size_2.svg"),
                        {"sheet_20k, 20000 triangles, detect: 300 µs", "sheet_2k, 2000 triangles, whole tick: 40.0 µs",
                         "tissue triangles, sheet, implicit", "one thread"});
     EXPECT_TRUE(report.files.contains("charts/cost_by_size_3.svg"));
@@ -1026,8 +1010,7 @@ TEST(Report, DepthErrorOfADetectorIsTheMedianOverScenesAndTheWorstOfAll) {
         records.back().summary[Metric::depth_error_median_m] = median;
         records.back().summary[Metric::depth_error_max_m] = worst;
     }
-    const std::string markdown = test::whole(make_report(records));
-    EXPECT_NE(markdown.find("| `mine` | 2.00 / 20.0 | n/a |"), std::string::npos) << markdown;
+    test::expect_holds(test::whole(make_report(records)), {"| `mine` | 2.00 / 20.0 | n/a |"});
 }
 
 TEST(Report, ForceErrorsAgainstBothReferencesAreReported) {
@@ -1046,12 +1029,10 @@ TEST(Report, ForceErrorsAgainstBothReferencesAreReported) {
 TEST(Report, SettledDepthIsHeldAgainstATenthOfAMillimetre) {
     Record record = synthetic({.residual_mm = 0.05});
     record.summary[Metric::residual_penetration_settled_m] = 0.05e-3;
-    EXPECT_NE(test::whole(make_report({record})).find("| 0.0500 | no reference | 0 | cleared |"), std::string::npos)
-        << test::whole(make_report({record}));
+    test::expect_holds(test::whole(make_report({record})), {"| 0.0500 | no reference | 0 | cleared |"});
     record.summary[Metric::residual_penetration_settled_m] = 3e-3;
     record.summary[Metric::wrong_side_vertices_last] = 7;
-    EXPECT_NE(test::whole(make_report({record})).find("7 vertices stay on the wrong side, no rupture reported"),
-              std::string::npos);
+    test::expect_holds(test::whole(make_report({record})), {"7 vertices stay on the wrong side, no rupture reported"});
     record.summary[Metric::ruptures] = 1;
     EXPECT_NE(test::whole(make_report({record})).find("| rupture reported |"), std::string::npos);
 }

@@ -40,6 +40,16 @@ std::size_t column_of(const std::vector<std::vector<std::string>>& rows, const s
     return static_cast<std::size_t>(found - rows[0].begin());
 }
 
+/// Fields of one column, of one mode or of all.
+std::vector<std::string> fields_of(const std::vector<std::vector<std::string>>& rows, const std::string& name,
+                                   const std::string& mode = "") {
+    std::vector<std::string> fields;
+    for (std::size_t i = 1; i < rows.size(); ++i) {
+        if (mode.empty() || rows[i][column_of(rows, "mode")] == mode) fields.push_back(rows[i][column_of(rows, name)]);
+    }
+    return fields;
+}
+
 std::map<std::string, std::string> csv_files(const std::vector<Record>& records) {
     std::map<std::string, std::string> files;
     for (const auto& [name, content] : make_report(records).files) {
@@ -83,9 +93,8 @@ TEST(ResultsCsv, HoldsTheRunsOfEveryModeAndExplainsCellsThatAModeLeavesEmpty) {
     for (const std::size_t i : {0U, 2U, 4U}) records[i].summary.erase(Metric::work_max);
     const auto files = csv_files(records);
     const auto rows = csv_rows(files.at("results.csv"));
-    std::vector<std::string> modes;
-    for (std::size_t i = 1; i < rows.size(); ++i) modes.push_back(rows[i][column_of(rows, "mode")]);
-    EXPECT_EQ(modes, (std::vector<std::string>{"closed_loop", "replay", "closed_loop", "replay", "closed_loop"}));
+    EXPECT_EQ(fields_of(rows, "mode"),
+              (std::vector<std::string>{"closed_loop", "replay", "closed_loop", "replay", "closed_loop"}));
     std::map<std::string, std::string> meaning;
     for (const auto& row : csv_rows(files.at("figures.csv"))) meaning[row[0]] = row[3];
     EXPECT_TRUE(meaning.at("force_error_rms_hard").ends_with("(all runs of mode replay)"));
@@ -114,10 +123,7 @@ TEST(ResultsCsv, RunsHaveIdsOfTheirOwnThatOutliveARebuild) {
     records.push_back(records[0]);
     records.back().spec.repetition = 1;
     const auto ids_of = [](const std::vector<Record>& runs) {
-        const auto rows = csv_rows(csv_files(runs).at("results.csv"));
-        std::vector<std::string> ids;
-        for (std::size_t i = 1; i < rows.size(); ++i) ids.push_back(rows[i][column_of(rows, "run_id")]);
-        return ids;
+        return fields_of(csv_rows(csv_files(runs).at("results.csv")), "run_id");
     };
     const std::vector<std::string> ids = ids_of(records);
     EXPECT_EQ(std::set<std::string>(ids.begin(), ids.end()).size(), records.size());
@@ -132,11 +138,7 @@ TEST(ResultsCsv, RunsHaveIdsOfTheirOwnThatOutliveARebuild) {
 TEST(ResultsCsv, MethodsAndParametersAreColumnsOfTheirOwn) {
     const auto rows = csv_rows(csv_files(mixed_records()).at("results.csv"));
     const auto column = [&](const std::string& name, const std::string& mode = "closed_loop") {
-        std::vector<std::string> fields;
-        for (std::size_t i = 1; i < rows.size(); ++i) {
-            if (rows[i][column_of(rows, "mode")] == mode) fields.push_back(rows[i][column_of(rows, name)]);
-        }
-        return fields;
+        return fields_of(rows, name, mode);
     };
     EXPECT_EQ(column("method"), (std::vector<std::string>{"mine + push (intersection)",
                                                           "theirs:bv=AABB,update=refit + push (intersection)",

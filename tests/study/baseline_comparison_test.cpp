@@ -124,13 +124,19 @@ TEST(BaselineComparison, TheTenWorstAreReportedTheLostAndTheDeepestFirst) {
     EXPECT_EQ(ticks, (std::vector<std::int64_t>{6, 5, 4, 3, 2, 1, 0, 7, 29, 28})) << "of equal depth the first tick";
 }
 
-TEST(BaselineComparison, SeveralContactsOfAPairAreHeldAgainstTheNearest) {
-    BaselineAnswer before;
-    before.ticks.push_back({.tick = 3, .contacts = {}});
-    for (int i = 0; i < 4; ++i) {
-        before.ticks[0].contacts.push_back(contact_at(0, 5, 1e-3));
-        before.ticks[0].contacts.back().point = {0.1 * i, 0.0, 0.0};
+/// Contacts of one pair, 0.1 m apart along x from the place `first` on.
+BaselineAnswer row_of(int count, int first = 0) {
+    BaselineAnswer answer;
+    answer.ticks.push_back({.tick = 3, .contacts = {}});
+    for (int i = first; i < first + count; ++i) {
+        answer.ticks[0].contacts.push_back(contact_at(0, 5, 1e-3));
+        answer.ticks[0].contacts.back().point = {0.1 * i, 0.0, 0.0};
     }
+    return answer;
+}
+
+TEST(BaselineComparison, SeveralContactsOfAPairAreHeldAgainstTheNearest) {
+    const BaselineAnswer before = row_of(4);
     BaselineAnswer after = before;
     std::reverse(after.ticks[0].contacts.begin(), after.ticks[0].contacts.end());
     EXPECT_TRUE(compare_answers(before, after, nanometre).within(nanometre)) << "their order says nothing";
@@ -146,12 +152,7 @@ TEST(BaselineComparison, SeveralContactsOfAPairAreHeldAgainstTheNearest) {
 }
 
 TEST(BaselineComparison, FewContactsAmongManyAreHeldAgainstTheNearestToo) {
-    BaselineAnswer many;
-    many.ticks.push_back({.tick = 3, .contacts = {}});
-    for (int i = 0; i < 150; ++i) {
-        many.ticks[0].contacts.push_back(contact_at(0, 5, 1e-3));
-        many.ticks[0].contacts.back().point = {0.1 * i, 0.0, 0.0};
-    }
+    const BaselineAnswer many = row_of(150);
     for (const std::vector<std::size_t>& left : {std::vector<std::size_t>{70}, {30, 70}, {149, 0, 70}}) {
         BaselineAnswer few;
         few.ticks.push_back({.tick = 3, .contacts = {}});
@@ -172,16 +173,7 @@ TEST(BaselineComparison, BeyondTenThousandChoicesTheContactsOfAPairGoByTheirOrde
     // A row of contacts 0.1 m apart that has moved on by one. Held against the nearest all are where another was but
     // the two ends, which are left for each other; in their order each is 0.1 m off.
     for (const auto& [count, worst] : {std::pair{100, 10.0}, {101, 0.1}}) {
-        BaselineAnswer before;
-        before.ticks.push_back({.tick = 3, .contacts = {}});
-        BaselineAnswer after = before;
-        for (int i = 0; i < count; ++i) {
-            before.ticks[0].contacts.push_back(contact_at(0, 5, 1e-3));
-            before.ticks[0].contacts.back().point = {0.1 * i, 0.0, 0.0};
-            after.ticks[0].contacts.push_back(contact_at(0, 5, 1e-3));
-            after.ticks[0].contacts.back().point = {0.1 * (i + 1), 0.0, 0.0};
-        }
-        const AnswerDifference found = compare_answers(before, after, nanometre);
+        const AnswerDifference found = compare_answers(row_of(count), row_of(count, 1), nanometre);
         EXPECT_EQ(found.compared, count);
         EXPECT_EQ(found.missing, 0);
         EXPECT_EQ(found.extra, 0);
