@@ -251,6 +251,7 @@ void add_detection(Draft& draft) {
         "Replay: the same frames for every detector. Truth is decided by exact arithmetic on the frame's own "
         "doubles; pairs that only touch in a vertex or an edge count, and recall is given with and without them.");
     std::vector<MetricRow> rows;
+    rows.reserve(detectors.size());
     for (const Method& detector : detectors) {
         rows.push_back({.names = {code(detector.label())}, .results = possible(draft.results, detector)});
     }

@@ -74,6 +74,7 @@ std::string joined(const std::vector<std::string>& items, const char* separator)
 
 std::string joined_code(const std::vector<std::string>& names, const char* separator) {
     std::vector<std::string> codes;
+    codes.reserve(names.size());
     for (const std::string& name : names) codes.push_back(code(name));
     return joined(codes, separator);
 }

@@ -306,6 +306,7 @@ Table points_table(const Chart& chart) {
         add_cell(table, {chart.error_title(), true}, starred(mark.error, mark.dominated));
         if (!chart.replay) {
             std::vector<std::string> forces;
+            forces.reserve(laws.size());
             for (const Law& law : laws) {
                 forces.push_back(starred(mark.force.at(law.number), mark.force_dominated.at(law.number)));
             }

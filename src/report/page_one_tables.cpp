@@ -130,9 +130,10 @@ std::string response_sentence(const Draft& draft, const std::vector<ResponseRow>
                                    scaled(first->residual_max(), mm));
     if (const double tears = first->ok.sum(Metric::ruptures); tears > 0.0) {
         const auto& results = first->ok.results;
-        const auto worst = std::find_if(results.begin(), results.end(), [first](const SceneResult* result) {
-            return result->first(Metric::residual_penetration_max_m) == first->residual_max();
-        });
+        const auto worst =
+            std::find_if(results.begin(), results.end(), [most = first->residual_max()](const SceneResult* result) {
+                return result->first(Metric::residual_penetration_max_m) == most;
+            });
         text += fmt::format(" (on {}; {:.0f} tear{} in all)", (*worst)->scene(), tears, tears == 1.0 ? "" : "s");
     }
     if (other != nullptr) {
