@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 
 #include "geometry/number_text.hpp"
 #include "report/chart.hpp"
@@ -89,8 +88,7 @@ Table time_matrix(const Draft& draft, const std::string& caption, const std::vec
     for (auto& [order, row] : rows) table.rows.push_back(std::move(row));
     table.note =
         "Medians of update and detect together, those that ran everywhere first, in order of the last column. † pair "
-        "set differs from truth or from an "
-        "exact detector; – too slow at this size to be asked, or not asked.";
+        "set differs from truth or from an exact detector; – too slow at this size to be asked, or not asked.";
     return table;
 }
 

@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <map>
-#include <set>
 
 #include "geometry/number_text.hpp"
 #include "report/sections.hpp"

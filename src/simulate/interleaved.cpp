@@ -1,6 +1,5 @@
 #include "simulate/interleaved.hpp"
 
-#include <fmt/format.h>
 #include <malloc.h>
 #include <unistd.h>
 
@@ -127,7 +126,7 @@ public:
           const std::function<void(std::size_t)>& turn)
         : scene_(scene), turn_(turn), random_(runs.front().spec.seed) {
         const std::int64_t ticks = runs.front().spec.ticks;
-        ticks_per_block_ = std::max<std::int64_t>(1, (ticks + interleaved_blocks - 1) / interleaved_blocks);
+        ticks_per_block_ = ticks_per_block(ticks);
         most_ticks_ = std::max(ticks, fewest_ticks);
         const auto start = Clock::now();
         scene_.write(0, frame_);
@@ -224,24 +223,19 @@ private:
         try {
             scene_.write(0, frame_);
             const Memory before = memory_now();
-            const auto begin = Clock::now();
             const std::int64_t cpu_begin = cpu_now();
             member.detector = member.make();
             member.detector->prepare(scene_.topology(), frame_);
             member.record.summary[Metric::prepare_ns] = static_cast<double>(cpu_now() - cpu_begin);
-            time_tick(1, member);
+            StepRow row = time_tick(1, member);
             const Memory after = memory_now();
             member.record.summary[Metric::memory_bytes] =
                 static_cast<double>(std::max(after.heap - before.heap, after.resident - before.resident));
             if (!member.ok()) return;
             // The first tick pays for growing buffers. A second one has the usual cost, unless a tick is long anyway.
-            const auto second = Clock::now();
-            constexpr double long_tick = 0.3;  // s
-            const double first_s = std::chrono::duration<double>(second - begin).count();
-            if (first_s < long_tick) time_tick(2, member);
-            const double tick_s =
-                first_s < long_tick ? std::chrono::duration<double>(Clock::now() - second).count() : first_s;
-            plan(tick_s, member);
+            constexpr std::int64_t long_tick_ns = 300'000'000;
+            if (row.total_ns() < long_tick_ns) row = time_tick(2, member);
+            plan(1e-9 * static_cast<double>(row.total_ns()), member);
         } catch (const std::exception& error) {
             member.record.outcome = {OutcomeKind::threw, error.what()};
         }
@@ -340,6 +334,10 @@ private:
 };
 
 }  // namespace
+
+std::int64_t ticks_per_block(std::int64_t ticks) {
+    return std::max<std::int64_t>(1, (ticks + interleaved_blocks - 1) / interleaved_blocks);
+}
 
 InterleavedRun interleaved_run(const RunSpec& spec) {
     const MethodSpec method = parse_method(spec.detector);

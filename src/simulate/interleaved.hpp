@@ -16,6 +16,8 @@ namespace trocar {
 
 /// Number of blocks of a run; a detector that affords few ticks takes part in every second, fourth or eighth.
 inline constexpr std::int64_t interleaved_blocks = 8;
+/// Ticks of a block of a run of `ticks` ticks. Truth is computed on the first of each: RunSpec::truth_stride.
+std::int64_t ticks_per_block(std::int64_t ticks);
 
 /// One detector of a run.
 struct InterleavedRun {

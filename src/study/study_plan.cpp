@@ -9,6 +9,7 @@
 #include "geometry/random.hpp"
 #include "geometry/size_limits.hpp"
 #include "method/registry.hpp"
+#include "simulate/interleaved.hpp"
 #include "simulate/overrides.hpp"
 #include "study/study.hpp"
 
@@ -268,6 +269,7 @@ void complete_run(const SceneFacts& facts, PlannedRun& run) {
     run.spec.scene_hash = facts.hash;
     run.spec.pair_class = facts.pair_class;
     if (run.spec.ticks == 0) run.spec.ticks = facts.ticks;
+    if (is_generated(run.spec)) run.spec.truth_stride = ticks_per_block(run.spec.ticks);
     if (override_value(run.spec.overrides, "cycles") > 0.0 && facts.motions != 1 && !facts.lacks_data) {
         throw InputError("study", run.spec.scene_file, "one body with a motion, for cycles to repeat",
                          fmt::format("{}", facts.motions));

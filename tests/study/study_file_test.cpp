@@ -93,6 +93,7 @@ TEST_F(StudyFile, GeneratedScenesAreOneGroupEachAndTheReferenceTakesPartTwice) {
         complete_run(generated_facts(run.spec), run);
         EXPECT_EQ(run.spec.mode, "replay");
         EXPECT_EQ(run.spec.ticks, 40);
+        EXPECT_EQ(run.spec.truth_stride, 5) << "truth on the first tick of each of 8 blocks";
         groups[run.group + "|" + run.spec.scene].insert(
             fmt::format("{} {} {}", run.spec.detector, run.spec.contacts, run.spec.repetition));
     }
