@@ -9,6 +9,7 @@
 #include "app/worst_tick.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
+#include "report/figures.hpp"
 #include "report/regression.hpp"
 #include "report/report.hpp"
 
@@ -68,11 +69,7 @@ int compare(const CommonOptions& common, const ReportOptions& options) {
 void take_picture(const CommonOptions& common, const ReportOptions& options) {
     const std::filesystem::path& directory = options.directory;
     const std::vector<Record> records = read_records(directory);
-    std::filesystem::path study = options.study.value_or(std::filesystem::path());
-    if (!options.study) {
-        const auto named = records.front().environment.find("study.file");
-        if (named != records.front().environment.end()) study = named->second;
-    }
+    const std::filesystem::path study = options.study.value_or(fact_of(records.front(), "study.file"));
     if (!std::filesystem::exists(study)) {
         throw InputError(directory.string(), "--study", "the file of the study that made these records",
                          "no file '" + study.string() + "' here");

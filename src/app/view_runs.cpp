@@ -14,16 +14,12 @@
 #include "method/registry.hpp"
 #include "playback/playback.hpp"
 #include "reference/reference.hpp"
+#include "report/figures.hpp"
 #include "report/view_links.hpp"
 #include "scene/recording.hpp"
 
 namespace trocar::app {
 namespace {
-
-std::string fact(const Record& record, const std::string& key) {
-    const auto found = record.environment.find(key);
-    return found == record.environment.end() ? std::string() : found->second;
-}
 
 double depth_at_worst(const Record& record) {
     const double depth = value_of(record.summary, Metric::residual_penetration_max_m);
@@ -146,12 +142,13 @@ std::vector<const Record*> chosen_records(const std::vector<Record>& records, co
     }
     if (!responses.empty()) return chosen;
     const auto ours = [](const Record& one) {
-        const std::string named = fact(one, "study.ours");
-        return named.empty() ? fact(one, "response.own") == "yes" : one.spec.response == named;
+        const std::string named = fact_of(one, "study.ours");
+        return named.empty() ? fact_of(one, "response.own") == "yes" : one.spec.response == named;
     };
     const Record* const own = best_of(there, ours);
     const Record* const other = best_of(there, [&](const Record& one) {
-        return !(own != nullptr && one.spec.response == own->spec.response) && fact(one, "response.control") != "yes";
+        return !(own != nullptr && one.spec.response == own->spec.response) &&
+               fact_of(one, "response.control") != "yes";
     });
     if (own != nullptr) chosen.push_back(own);
     if (other != nullptr) chosen.push_back(other);
@@ -168,7 +165,7 @@ std::optional<std::filesystem::path> scene_file_of(const Record& record, const s
 }
 
 std::filesystem::path study_folder_of(const Record& record) {
-    return std::filesystem::path(fact(record, "study.file")).parent_path();
+    return std::filesystem::path(fact_of(record, "study.file")).parent_path();
 }
 
 ViewPage page_of(const Scene& scene) {
@@ -208,7 +205,7 @@ void add_run(const Scene& scene, const RunSpec& spec, const Record* record, cons
             run.note = fmt::format(
                 "these frames are not those of the record: its last state is {}, this program's {} (recorded by commit "
                 "{})",
-                record->state_hash, again.state_hash, fact(*record, "commit").substr(0, 12));
+                record->state_hash, again.state_hash, fact_of(*record, "commit").substr(0, 12));
         }
     } else {
         run.outcome = name_of(record->outcome.kind);
