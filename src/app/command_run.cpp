@@ -255,7 +255,7 @@ int run(const CommonOptions& common, const RunOptions& options) {
         limits.observe = [&](const Simulation& simulation, const StepRow&) {
             if (recording && simulation.outcome().ok()) recording->write(simulation.seen());
         };
-        record = options.paced ? run_paced_loop(scene, spec, limits) : run_closed_loop(scene, spec, limits);
+        record = run_closed_loop(scene, spec, limits);
     }
     if (interrupt_asked()) {
         const std::string reported = fmt::format("interrupted after {} of {} ticks", record.rows.size(), spec.ticks);

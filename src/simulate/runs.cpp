@@ -65,6 +65,9 @@ bool is_judged_in_detail(const RunSpec& spec, std::int64_t tick, std::int64_t ti
     return is_judged(spec, tick, ticks) && (tick / spec.truth_stride % spec.detail_stride == 0 || tick + 1 == ticks);
 }
 
+/// Neither judging nor the audit may take time from a run for its times alone.
+bool is_timed_only(const RunSpec& spec) { return spec.mode == "paced" || spec.mode == "cost_by_size"; }
+
 /// A truncated tick is always judged, whatever the stride: pairs beyond a limit count as false negatives.
 bool is_cut(const RunSpec& spec, const StepRow& row) { return spec.truth_stride > 0 && row.truncated; }
 
@@ -80,6 +83,14 @@ void note_unstable_step(const Scene& scene, const RunSpec& spec, const RunLimits
     const bool taken = limits.allow_unstable_step || spec.mode == "hard_case";
     record.environment["run.unstable_step"] = why;
     if (!taken && record.outcome.ok()) record.outcome = {OutcomeKind::unstable, "not started: " + why};
+}
+
+Index tissue_triangles(const Topology& topology) {
+    Index triangles = 0;
+    for (const BodyRange& body : topology.bodies) {
+        if (body.kind == BodyKind::tissue) triangles += body.triangles.count;
+    }
+    return triangles;
 }
 
 /// Native contacts of a replay come from a second detector outside the timed spans, so that the timed one does not
@@ -220,6 +231,75 @@ std::unique_ptr<Against> against_of(const Scene& scene, const RunSpec& spec) {
                                             registry().contact_generator(spec.contacts), settings));
 }
 
+/// What a closed loop is measured by, outside the timed spans: truth on the frame after each tick, the reference, and
+/// the second stepper.
+class ClosedLoopTruth {
+public:
+    /// Scene and simulation outlive it. Records the reference's state and the scene's notes.
+    ClosedLoopTruth(const Scene& scene, const RunSpec& spec, const Simulation& simulation, Record& record)
+        : spec_(&spec),
+          judge_(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials),
+          script_(scene),
+          passages_(scene),
+          reference_(find_reference(scene)),
+          comparison_(reference_, scene.dt),
+          against_(against_of(scene, spec)) {
+        // Needs the start and the end of every tick.
+        if (spec.truth_stride == 1) untouched_.emplace(scene.topology, scene.first, simulation.yielding_pairs());
+        record.environment["reference.hard"] = text_of(reference_.reference.hard);
+        record.environment["reference.equal_k"] = text_of(reference_.reference.equal_k);
+        if (!scene.notes.empty()) record.environment["scene.notes"] = fmt::format("{}", fmt::join(scene.notes, "; "));
+    }
+
+    /// Judges the tick that `simulation` has done. Returns how the second stepper ended.
+    Outcome observe(const Simulation& simulation, std::int64_t tick, std::int64_t ticks, StepRow& row) {
+        row.passed_through = passages_.follow(simulation.frame());
+        const bool judged = is_judged(*spec_, tick, ticks);
+        if (judged || is_cut(*spec_, row)) {
+            const bool in_detail = is_judged_in_detail(*spec_, tick, ticks);
+            judge_.judge_detection(simulation.seen(), simulation.contacts(), row, in_detail);
+            if (judged) judge_.judge_outcome(simulation.frame(), row, script_.up_to(row.time), in_detail);
+        }
+        if (untouched_) {
+            untouched_->observe(simulation.frame(), simulation.output(), simulation.contact_forces(),
+                                [this](Index a, Index b) { return judge_.clearance(a, b); });
+        }
+        if (against_) {
+            against_->follow(simulation, row);
+            const Outcome& other = against_->outcome();
+            if (!other.ok()) return {other.kind, spec_->against + ": " + other.message};
+        }
+        comparison_.observe(row.time, row.tool_force, simulation.frame().position);
+        return {};
+    }
+
+    /// s, last key of any motion; NaN without one.
+    [[nodiscard]] double motion_end() const { return script_.motion_end(); }
+
+    void add_to(const Simulation& simulation, Summary& summary) const {
+        summary.merge(simulation.audit_figures());
+        if (const auto values = simulation.values_in_force()) {
+            summary[Metric::k_effective_n_per_m] = values->k;
+            summary[Metric::mu_effective_ns_per_m] = values->mu;
+            summary[Metric::relaxation_time_effective_s] = values->relaxation_time;
+            summary[Metric::damping_ratio] = values->damping_ratio;
+        }
+        summary[Metric::force_without_touch_m] = untouched_ ? untouched_->largest() : std::nan("");
+        add_errors(comparison_.errors(), summary);
+        if (against_) summary.merge(against_->figures());
+    }
+
+private:
+    const RunSpec* spec_;
+    Judge judge_;
+    std::optional<ForceWithoutTouch> untouched_;
+    ScriptedPath script_;
+    PassageTruth passages_;
+    FoundReference reference_;
+    ReferenceComparison comparison_;
+    std::unique_ptr<Against> against_;
+};
+
 /// `loop`: "paced", or "empty" for the loop beside it.
 void add_latency(const std::string& loop, const PacedLatency& latency, Summary& summary) {
     summary[metric_of(loop + "_median_ns")] = latency.median_ns;
@@ -242,8 +322,6 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         record.spec.overrides = spec.overrides;
         return record;
     }
-    if (spec.mode == "paced") return run_paced_loop(scene, spec, limits);
-    if (spec.mode == "cost_by_size") return run_timed_loop(scene, spec, limits);
     if (spec.mode == "metamorphic") return run_metamorphic_test(scene, spec, limits);
     if (spec.mode == "work_precision") {
         Record record = spec.response.empty() ? run_replay(scene, spec, limits) : run_closed_loop(scene, spec, limits);
@@ -251,8 +329,9 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         return record;
     }
     if (spec.mode == "replay" || spec.mode == "repeated_motion") return run_replay(scene, spec, limits);
-    if (spec.mode == "closed_loop" || spec.mode == "hard_case" || spec.mode == "against")
-        return run_closed_loop(scene, spec, limits);
+    for (const std::string_view mode : {"closed_loop", "paced", "cost_by_size", "hard_case", "against"}) {
+        if (spec.mode == mode) return run_closed_loop(scene, spec, limits);
+    }
     throw InputError(
         "run", "/mode",
         "replay, repeated_motion, closed_loop, work_precision, paced, cost_by_size, against, metamorphic or hard_case",
@@ -294,6 +373,9 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     const std::int64_t ticks = ticks_of(scene, spec);
     const ContactGeneratorEntry& generator = registry().contact_generator(spec.contacts);
     Record record = start_record(spec, ticks);
+    if (spec.mode == "cost_by_size") {
+        record.environment["run.tissue_triangles"] = fmt::format("{}", tissue_triangles(scene.topology));
+    }
     const DetectorEntry& detector = registry().detector(parse_method(spec.detector).name);
     for (const std::string& reason :
          {why_unreported(detector, generator), why_unreadable(generator, parse_method(spec.response))}) {
@@ -301,115 +383,36 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     }
     note_unstable_step(scene, spec, limits, record);
     SimulationSettings settings = settings_of(spec);
-    settings.watched = limits.watched;
+    settings.watched = limits.watched && !is_timed_only(spec);
     Simulation simulation(scene, detector_of(spec), response_of(spec), generator, settings);
-    Judge judge(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials);
-    // Needs the start and the end of every tick.
-    std::optional<ForceWithoutTouch> untouched;
-    if (spec.truth_stride == 1) untouched.emplace(scene.topology, scene.first, simulation.yielding_pairs());
-    ScriptedPath script(scene);
-    PassageTruth passages(scene);
-    const FoundReference reference = find_reference(scene);
-    record.environment["reference.hard"] = text_of(reference.reference.hard);
-    record.environment["reference.equal_k"] = text_of(reference.reference.equal_k);
-    if (!scene.notes.empty()) record.environment["scene.notes"] = fmt::format("{}", fmt::join(scene.notes, "; "));
-    ReferenceComparison comparison(reference, scene.dt);
-    const std::unique_ptr<Against> against = against_of(scene, spec);
-    for (std::int64_t tick = 0; record.outcome.ok() && tick < ticks && go_on(limits, tick); ++tick) {
+    std::optional<ClosedLoopTruth> truth;
+    if (!is_timed_only(spec)) truth.emplace(scene, spec, simulation, record);
+    std::int64_t tick = 0;
+    const auto do_tick = [&] {
+        if (!record.outcome.ok() || tick >= ticks || !go_on(limits, tick)) return false;
         StepRow row = simulation.step();
         record.outcome = simulation.outcome();
-        if (record.outcome.ok()) row.passed_through = passages.follow(simulation.frame());
-        const bool judged = is_judged(spec, tick, ticks);
-        if (record.outcome.ok() && (judged || is_cut(spec, row))) {
-            const bool in_detail = is_judged_in_detail(spec, tick, ticks);
-            judge.judge_detection(simulation.seen(), simulation.contacts(), row, in_detail);
-            if (judged) judge.judge_outcome(simulation.frame(), row, script.up_to(row.time), in_detail);
-        }
-        if (record.outcome.ok() && untouched) {
-            untouched->observe(simulation.frame(), simulation.output(), simulation.contact_forces(),
-                               [&judge](Index a, Index b) { return judge.clearance(a, b); });
-        }
-        if (record.outcome.ok() && against) {
-            against->follow(simulation, row);
-            if (!against->outcome().ok()) {
-                record.outcome = against->outcome();
-                record.outcome.message = spec.against + ": " + record.outcome.message;
-            }
-        }
-        if (record.outcome.ok()) comparison.observe(row.time, row.tool_force, simulation.frame().position);
+        if (truth && record.outcome.ok()) record.outcome = truth->observe(simulation, tick, ticks, row);
         if (limits.observe) limits.observe(simulation, row);
         record.rows.push_back(row);
+        ++tick;
+        return record.outcome.ok();
+    };
+    if (spec.mode == "paced" && record.outcome.ok()) {
+        const auto period_ns = static_cast<std::int64_t>(std::llround(scene.dt * 1e9));
+        const PacedBeside times = run_beside_empty(ticks, period_ns, do_tick);
+        add_latency("paced", latency_of(times.work, period_ns), record.summary);
+        add_latency("empty", latency_of(times.empty, period_ns), record.summary);
+    } else {
+        while (do_tick()) {
+        }
     }
     if (!record.outcome.ok() && !record.rows.empty()) {
         record.outcome.message = fmt::format("tick {}: {}", record.rows.back().tick, record.outcome.message);
     }
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
-    record.summary.merge(summarize(record.rows, {.motion_end = script.motion_end()}));
-    record.summary.merge(simulation.audit_figures());
-    if (const auto values = simulation.values_in_force()) {
-        record.summary[Metric::k_effective_n_per_m] = values->k;
-        record.summary[Metric::mu_effective_ns_per_m] = values->mu;
-        record.summary[Metric::relaxation_time_effective_s] = values->relaxation_time;
-        record.summary[Metric::damping_ratio] = values->damping_ratio;
-    }
-    record.summary[Metric::force_without_touch_m] = untouched ? untouched->largest() : std::nan("");
-    add_errors(comparison.errors(), record.summary);
-    if (against) record.summary.merge(against->figures());
-    return record;
-}
-
-Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
-    const std::int64_t ticks = ticks_of(scene, spec);
-    Record record = start_record(spec, ticks);
-    const auto period_ns = static_cast<std::int64_t>(std::llround(scene.dt * 1e9));
-    note_unstable_step(scene, spec, limits, record);
-    if (!record.outcome.ok()) return record;
-    SimulationSettings settings = settings_of(spec);
-    settings.watched = false;  // the audit would take time from the paced loop
-    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().contact_generator(spec.contacts),
-                          settings);
-    std::int64_t tick = 0;
-    const PacedBeside times = run_beside_empty(ticks, period_ns, [&] {
-        if (!go_on(limits, tick++)) return false;
-        record.rows.push_back(simulation.step());
-        return simulation.outcome().ok();
-    });
-    record.outcome = simulation.outcome();
-    if (!record.outcome.ok() && !record.rows.empty()) {
-        record.outcome.message = fmt::format("tick {}: {}", record.rows.back().tick, record.outcome.message);
-    }
-    record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
-    record.summary.merge(summarize(record.rows));
-    add_latency("paced", latency_of(times.work, period_ns), record.summary);
-    add_latency("empty", latency_of(times.empty, period_ns), record.summary);
-    return record;
-}
-
-Record run_timed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
-    const std::int64_t ticks = ticks_of(scene, spec);
-    Record record = start_record(spec, ticks);
-    Index triangles = 0;
-    for (const BodyRange& body : scene.topology.bodies) {
-        if (body.kind == BodyKind::tissue) triangles += body.triangles.count;
-    }
-    record.environment["run.tissue_triangles"] = fmt::format("{}", triangles);
-    const StepCheck step = check_step(scene, spec.stepper);
-    record.summary[Metric::substeps] = std::max(1, step.tissue.substeps);
-    note_unstable_step(scene, spec, limits, record);
-    if (!record.outcome.ok()) return record;
-    SimulationSettings settings = settings_of(spec);
-    settings.watched = false;  // the audit belongs to no stage
-    Simulation simulation(scene, detector_of(spec), response_of(spec), registry().contact_generator(spec.contacts),
-                          settings);
-    for (std::int64_t tick = 0; tick < ticks && simulation.outcome().ok() && go_on(limits, tick); ++tick) {
-        record.rows.push_back(simulation.step());
-    }
-    record.outcome = simulation.outcome();
-    if (!record.outcome.ok() && !record.rows.empty()) {
-        record.outcome.message = fmt::format("tick {}: {}", record.rows.back().tick, record.outcome.message);
-    }
-    record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
-    record.summary.merge(summarize(record.rows));
+    record.summary.merge(summarize(record.rows, {.motion_end = truth ? truth->motion_end() : std::nan("")}));
+    if (truth) truth->add_to(simulation, record.summary);
     return record;
 }
 

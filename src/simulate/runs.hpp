@@ -34,15 +34,9 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
 /// frames_hash is the hash over all frames, the same for every detector.
 Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
-/// Detector and response drive their own copy of the scene. Judged by geometry on the frame after each tick.
+/// Detector and response drive their own copy of the scene. Judged by geometry on the frame after each tick. The modes
+/// `paced` and `cost_by_size` are not judged and not watched, since both would take measured time. `paced` has one
+/// release per tick by the clock, beside an empty loop in a thread of its own (paced.hpp).
 Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
-
-/// The closed loop with one release per tick by the clock (paced.hpp). It is not judged, since judging would take
-/// measured time. An empty loop runs beside it in a thread of its own. Rows hold the stages.
-Record run_paced_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
-
-/// The closed loop at full speed, timed and not judged. The record holds the tissue's triangles
-/// ("run.tissue_triangles") and the sub-steps of the stepper. Rows hold the stages.
-Record run_timed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 }  // namespace trocar
