@@ -293,7 +293,7 @@ class ContactGenerators : public testing::TestWithParam<Case> {};
 
 Tally tally_of(const Case& one, const std::string& generator) {
     const Scene scene = scene_of(one);
-    // Pairs are another test's claim (DetectorContract, QueryDistanceContract); here they need not be slow.
+    // Pairs are another test's claim (DetectorContract); here they need not be slow.
     Simulation run(scene, make_detector("ohc"), make_response(one.response), registry().contact_generator(generator));
     SecondFeatures second(scene.topology);
     SecondSides sides(second, scene.topology);
