@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <utility>
 
 #include "detect/answers.hpp"
 #include "detect/lattice.hpp"

@@ -2,7 +2,6 @@
 // scene one by one and the integer oracle, and against times known in closed form.
 #include "detect/swept.hpp"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
