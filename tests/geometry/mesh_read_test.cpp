@@ -3,9 +3,7 @@
 
 #include <bit>
 #include <cstdint>
-#include <fstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "geometry/input_error.hpp"

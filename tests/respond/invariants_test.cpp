@@ -8,7 +8,6 @@
 #include <set>
 
 #include "contact/derive.hpp"
-#include "respond/common.hpp"
 #include "support/closed_loop.hpp"
 #include "support/known_gap.hpp"
 #include "support/random_vectors.hpp"

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <string>
 
 #include "measure/depth_truth.hpp"
 #include "support/closed_loop.hpp"
