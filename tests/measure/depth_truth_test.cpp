@@ -722,38 +722,27 @@ TEST(BodySurface, AreaSamplesOfATriangleAreRobertsSequenceFolded) {
     }
 }
 
-TEST(SurfaceDistance, TreeAgreesWithEveryTriangle) {
-    const Shape shape = torus(0.03, 0.01, 24, 12);
-    World world(points_only({}), shape, true);
+TEST(SurfaceDistance, TreeAgreesWithEveryTriangleAsPreparedAnewAndAsMoved) {
+    World world(sphere(0.01, 6), torus(0.03, 0.01, 24, 12), true);
+    world.place({0.1, 0.0, 0.0});
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> uniform(-0.06, 0.06);
     SurfaceDistance tree;
-    tree.prepare(world.topology.triangles, world.topology.bodies[1].triangles, world.frame.position);
-    for (Index v = 0; v < world.topology.vertex_count; ++v) {
-        for (int axis = 0; axis < 3; ++axis) world.frame.position(axis, v) += 0.1 * uniform(random);
-    }
-    tree.refit(world.topology.triangles, world.frame.position);
-    for (int i = 0; i < 300; ++i) {
-        const Vector3 p = test::random_vector(uniform, random);
-        EXPECT_EQ(tree.distance(world.topology.triangles, world.frame.position, p),
-                  distance_one_by_one(world, world.topology.bodies[1].triangles, p));
-    }
-}
-
-TEST(SurfaceDistance, PreparedAnewItIsOfTheNewTrianglesAlone) {
-    World world(sphere(0.01, 6), torus(0.03, 0.01, 12, 8), true);
-    world.place({0.1, 0.0, 0.0});
-    std::mt19937_64 random(6);
-    std::uniform_real_distribution<double> uniform(-0.06, 0.06);
-    SurfaceDistance tree;
-    for (const std::size_t body : {0, 1, 0}) {
+    for (const std::size_t body : {0, 1, 0, 1}) {
         const Range range = world.topology.bodies[body].triangles;
         tree.prepare(world.topology.triangles, range, world.frame.position);
-        for (int i = 0; i < 20; ++i) {
-            const Vector3 p = test::random_vector(uniform, random);
-            EXPECT_DOUBLE_EQ(tree.distance(world.topology.triangles, world.frame.position, p),
-                             distance_one_by_one(world, range, p))
-                << body;
+        for (const bool moved : {false, true}) {
+            if (moved) {
+                for (Index v = 0; v < world.topology.vertex_count; ++v) {
+                    world.frame.position.col(v) += 0.1 * test::random_vector(uniform, random);
+                }
+                tree.refit(world.topology.triangles, world.frame.position);
+            }
+            for (int i = 0; i < 100; ++i) {
+                const Vector3 p = test::random_vector(uniform, random);
+                EXPECT_EQ(tree.distance(world.topology.triangles, world.frame.position, p),
+                          distance_one_by_one(world, range, p));
+            }
         }
     }
 }
