@@ -89,13 +89,12 @@ World integer_lattice() {
     std::uniform_int_distribution<int> number(0, 3);
     std::vector<Part> parts(2);
     for (Part& part : parts) {
-        for (Index t = 0; t < 150; ++t) {
+        for (int t = 0; t < 150; ++t) {
             std::array<Vector3, 3> c;
             do {
                 for (Vector3& v : c) v = random_vector(number, random) * 0.0078125;
             } while ((c[1] - c[0]).cross(c[2] - c[0]).squaredNorm() == 0.0);
-            for (const Vector3& v : c) part.shape.vertices.push_back(v);
-            part.shape.triangles.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+            part.shape.add(triangle(c[0], c[1], c[2]));
         }
     }
     return make_world("triangles on an integer lattice", parts);

@@ -14,6 +14,7 @@
 #include "geometry/triangle_families.hpp"
 #include "support/data.hpp"
 #include "support/random_vectors.hpp"
+#include "support/shapes.hpp"
 
 namespace trocar::test {
 namespace {
@@ -27,33 +28,11 @@ struct Pairs {
     }
 };
 
-/// Two bodies whose i-th triangles are the i-th pair.
-struct PairWorld {
-    explicit PairWorld(const Pairs& pairs) {
-        const auto count = static_cast<Index>(pairs.first.size());
-        std::vector<Body> bodies(2);
-        bodies[0].name = "first";
-        bodies[1].name = "second";
-        frame.position.resize(3, 6 * count);
-        for (std::size_t b = 0; b < 2; ++b) {
-            bodies[b].vertex_count = 3 * count;
-            bodies[b].triangles.resize(3, count);
-            for (Index t = 0; t < count; ++t) {
-                for (Index k = 0; k < 3; ++k) {
-                    bodies[b].triangles(k, t) = 3 * t + k;
-                    const auto& corners = (b == 0 ? pairs.first : pairs.second)[static_cast<std::size_t>(t)];
-                    frame.position.col(static_cast<Index>(b) * 3 * count + 3 * t + k) =
-                        corners[static_cast<std::size_t>(k)];
-                }
-                if (b == 0) candidates.push_back({t, count + t});
-            }
-        }
-        topology = make_topology(bodies, {{0, 1}});
-    }
-    Topology topology;
-    Frame frame;
-    std::vector<TrianglePair> candidates;
-};
+Shape shape_of(const std::vector<Corners>& triangles) {
+    Shape shape;
+    for (const auto& [a, b, c] : triangles) shape.add(triangle(a, b, c));
+    return shape;
+}
 
 TriangleBatch batch_of(const Corners& a, const Corners& b) {
     TriangleBatch batch{};
@@ -63,12 +42,18 @@ TriangleBatch batch_of(const Corners& a, const Corners& b) {
 
 /// Holds every target against the oracle; returns the share of pairs that the filter left open.
 double hold_against_truth(const Pairs& pairs) {
-    const PairWorld world(pairs);
+    const World world =
+        make_world("two bodies whose i-th triangles are the i-th pair",
+                   {{BodyKind::tissue, shape_of(pairs.first)}, {BodyKind::tissue, shape_of(pairs.second)}});
+    const auto count = static_cast<Index>(pairs.first.size());
+    std::vector<TrianglePair> candidates;
+    candidates.reserve(pairs.first.size());
+    for (Index t = 0; t < count; ++t) candidates.push_back({t, count + t});
     std::vector<TrianglePair> expected;
     std::size_t open = 0;
     for (std::size_t i = 0; i < pairs.first.size(); ++i) {
         const bool meet = oracle_intersect(pairs.first[i], pairs.second[i]);
-        if (meet) expected.push_back(world.candidates[i]);
+        if (meet) expected.push_back(candidates[i]);
         const TriangleBatch batch = batch_of(pairs.first[i], pairs.second[i]);
         const TriangleVerdicts plain = triangle_filters().back().decide(batch, 1);
         EXPECT_EQ(plain.meet & plain.undecided, 0U);
@@ -85,7 +70,7 @@ double hold_against_truth(const Pairs& pairs) {
     }
     for (const TriangleFilter& filter : triangle_filters()) {
         std::vector<TrianglePair> found;
-        test_pairs(TriangleTest::exact, world.topology, world.frame, world.candidates, found, filter);
+        test_pairs(TriangleTest::exact, world.topology, world.frame, candidates, found, filter);
         EXPECT_EQ(found, expected) << filter.target;
     }
     return static_cast<double>(open) / static_cast<double>(pairs.first.size());

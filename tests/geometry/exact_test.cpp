@@ -8,6 +8,7 @@
 
 #include "geometry/triangle_families.hpp"
 #include "support/data.hpp"
+#include "support/meshes.hpp"
 
 namespace trocar {
 namespace {
@@ -191,10 +192,7 @@ void expect_every_pair_exact(const std::vector<Corners>& triangles) {
 }
 
 TEST(TrianglesIntersect, EqualsRationalConstructionOnEveryPairOfTheUnitCube) {
-    std::vector<Vector3> points;
-    points.reserve(8);
-    for (int n = 0; n < 8; ++n) points.emplace_back(n & 1, (n >> 1) & 1, n >> 2);
-    expect_every_pair_exact(all_triangles(points));
+    expect_every_pair_exact(all_triangles(test::cube_points(Vector3::Zero(), Vector3::Ones())));
 }
 
 TEST(TrianglesIntersect, EqualsRationalConstructionOnEveryPairOfAPlaneGrid) {

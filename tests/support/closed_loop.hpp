@@ -6,9 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <map>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,7 +16,7 @@
 #include "scene/world.hpp"
 #include "simulate/rupture.hpp"
 #include "support/materials.hpp"
-#include "support/meshes.hpp"
+#include "support/shapes.hpp"
 #include "support/shown_force.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -45,56 +43,18 @@ inline Shape make_sheet(int n, double edge) {
     return mesh;
 }
 
-/// Adds a second layer of vertices, `by` from the first, and walls between the rims of the two.
-inline void add_walls(Shape& mesh, const Vector3& by) {
-    std::map<std::pair<Index, Index>, int> directed;
-    for (const auto& t : mesh.triangles) {
-        for (std::size_t i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
-    }
-    const auto count = static_cast<Index>(mesh.vertices.size());
-    for (Index v = 0; v < count; ++v) mesh.vertices.push_back(mesh.vertices[static_cast<std::size_t>(v)] + by);
-    for (const auto& [edge, uses] : directed) {
-        if (directed.find({edge.second, edge.first}) != directed.end()) continue;
-        mesh.triangles.push_back({edge.second, edge.first, edge.first + count});
-        mesh.triangles.push_back({edge.second, edge.first + count, edge.second + count});
-    }
-}
-
-/// Closed plate of n×n squares of edge `edge`, from z = 0 down to -thickness. Lengths in m.
-inline Shape make_plate(int n, double edge, double thickness) {
-    Shape mesh = make_sheet(n, edge);
-    const std::vector<std::array<Index, 3>> top = mesh.triangles;
-    const auto count = static_cast<Index>(mesh.vertices.size());
-    add_walls(mesh, Vector3(0.0, 0.0, -thickness));
-    for (const auto& t : top) mesh.triangles.push_back({t[0] + count, t[2] + count, t[1] + count});
-    return mesh;
-}
-
 /// Closed box centred at the origin, outward normals.
 inline Shape make_box(const Vector3& size) { return box_of(-0.5 * size, size); }
 
-/// Closed shaft along z from the origin (pointed or flat end) to `length`, outward normals.
+/// Closed shaft along z from the origin (pointed or flat end) to `length`, outward normals. Vertex 0 is at the origin.
 inline Shape make_shaft(double radius, double length, int sides, double point_length) {
-    Shape mesh;
     const int rings = 12;
-    mesh.vertices.emplace_back(0.0, 0.0, 0.0);
-    for (int r = 0; r <= rings; ++r) {
-        const double z = point_length + (length - point_length) * r / rings;
-        for (int s = 0; s < sides; ++s) {
-            const double angle = 2.0 * std::numbers::pi * s / sides;
-            mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
-        }
-    }
-    mesh.vertices.emplace_back(0.0, 0.0, length);
-    const auto at = [sides](int r, int s) { return static_cast<Index>(1 + r * sides + s % sides); };
-    const auto top = static_cast<Index>(mesh.vertices.size() - 1);
-    for (int s = 0; s < sides; ++s) {
-        mesh.triangles.push_back({0, at(0, s + 1), at(0, s)});
-        mesh.triangles.push_back({top, at(rings, s), at(rings, s + 1)});
-        for (int r = 0; r < rings; ++r) {
-            mesh.triangles.push_back({at(r, s), at(r, s + 1), at(r + 1, s)});
-            mesh.triangles.push_back({at(r, s + 1), at(r + 1, s + 1), at(r + 1, s)});
-        }
+    Shape mesh = shaft(radius, length - point_length, sides, rings).move({0.0, 0.0, point_length});
+    const auto bottom = static_cast<Index>(sides * (rings + 1));
+    mesh.vertices[static_cast<std::size_t>(bottom)] = mesh.vertices[0];
+    mesh.vertices[0] = Vector3::Zero();
+    for (auto& triangle : mesh.triangles) {
+        for (Index& v : triangle) v = v == 0 ? bottom : (v == bottom ? 0 : v);
     }
     return mesh;
 }
