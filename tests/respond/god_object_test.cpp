@@ -220,7 +220,7 @@ TEST(GodObject, IsNeverInsideOnRandomWalksThatAimAtEdgesAndVertices) {
         bone.follow(device);
         int inside = 0;
         int held = 0;
-        for (int tick = 0; tick < 4000; ++tick) {
+        for (int tick = 0; tick < 6000; ++tick) {
             if (tick % 20 == 0) {
                 // Jump beyond a vertex or an edge's middle, straight through it as seen from the proxy.
                 const auto t = static_cast<std::size_t>(generator() % mesh.triangles.size());
