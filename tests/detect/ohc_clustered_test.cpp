@@ -100,41 +100,6 @@ TEST(ClusterKernels, FloatBoxesThatTouchInDoubleNeverLookApart) {
     }
 }
 
-TEST(Clusters, HoldEveryTriangleOnceAndTheBlocksOfItsCorners) {
-    const World world = dipping(0, 30);
-    for (const ClusterOrder order : {ClusterOrder::automatic, ClusterOrder::given, ClusterOrder::local}) {
-        for (const BodyRange& range : world.topology.bodies) {
-            const ClusteredBody body = cluster_body(world.topology, world.frame, range, order);
-            std::vector<Index> seen;
-            for (std::size_t place = 0; place < body.triangle.size(); ++place) {
-                const Index t = body.triangle[place];
-                if (t < 0) continue;
-                seen.push_back(t);
-                const auto cluster = static_cast<Index>(place) / fan;
-                const Index group = cluster / fan;
-                const Index region = group / fan;
-                const auto holds = [](const auto& lists, Index list, auto member) {
-                    return std::find(lists.begin(list), lists.end(list), member) != lists.end(list);
-                };
-                for (std::size_t k = 0; k < 3; ++k) {
-                    const Index v = world.topology.triangles(static_cast<Eigen::Index>(k), t);
-                    const Index block = body.block_of[static_cast<std::size_t>(v - range.vertices.first)];
-                    const std::uint16_t corner = body.corners[static_cast<std::size_t>(cluster)][place % fan][k];
-                    EXPECT_EQ(body.vertices_of_group.begin(group)[corner], v);
-                    EXPECT_TRUE(holds(body.vertices_of_cluster, cluster, corner));
-                    EXPECT_TRUE(holds(body.blocks_of_group, group, block));
-                    EXPECT_TRUE(holds(body.blocks_of_region, region, block));
-                }
-            }
-            std::sort(seen.begin(), seen.end());
-            ASSERT_EQ(static_cast<Index>(seen.size()), range.triangles.count);
-            for (Index t = 0; t < range.triangles.count; ++t) {
-                EXPECT_EQ(seen[static_cast<std::size_t>(t)], range.triangles.first + t);
-            }
-        }
-    }
-}
-
 TEST(Clusters, BlocksArePartsOfTheOrderWithoutJumps) {
     // Two strips a hundred lengths apart, 37 vertices before the jump, in one body.
     constexpr Index before = 37;
