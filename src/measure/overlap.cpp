@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "measure/vertical_crossings.hpp"
+
 namespace trocar {
 namespace {
 
@@ -32,20 +34,20 @@ Matrix3 turn_to_z(const Vector3& direction) {
     return Quaternion(0.5 * twice_half_cosine, axis.x(), axis.y(), axis.z()).toRotationMatrix();
 }
 
-/// Twice the signed area of the projected triangle (p, u, v), the same but for its sign when u and v change places, so
-/// that two triangles never both claim or both lose a line through their common edge.
-class Turn {
-public:
-    Turn(const Matrix3X& turned, Index u, Index v)
-        : sign_(u > v ? -1.0 : 1.0), first_(turned.col(std::min(u, v))), second_(turned.col(std::max(u, v))) {}
-    [[nodiscard]] double about(double x, double y) const {
-        return sign_ * ((first_.x() - x) * (second_.y() - y) - (first_.y() - y) * (second_.x() - x));
-    }
+/// A vertical line and the directed edge u→v of a triangle, seen from above.
+struct Turn {
+    double area = 0.0;  ///< m², twice the signed area of (line, u, v), rounded
+    int side = 0;       ///< its sign, exact, as side_of_line has it
 
-private:
-    double sign_;
-    Vector3 first_;
-    Vector3 second_;
+    Turn(const Vector3& line, const Vector3& u, const Vector3& v) {
+        const double left = (u.x() - line.x()) * (v.y() - line.y());
+        const double right = (u.y() - line.y()) * (v.x() - line.x());
+        area = left - right;
+        // Above the rounding error, underflow included.
+        const double unsure =
+            4.0 * std::numeric_limits<double>::epsilon() * (std::abs(left) + std::abs(right)) + 1e-280;
+        side = area > unsure ? 1 : area < -unsure ? -1 : side_of_line(u, v, line);
+    }
 };
 
 /// Moves the lines off the round coordinates on which the vertices of generated meshes lie.
@@ -69,11 +71,15 @@ void OverlapTruth::pierce(const Triangles& triangles, Range range, const Matrix3
     for (auto& line : lines) line.clear();
     const double scale_u = overlap_lines / (bundle.high_u - bundle.low_u);
     const double scale_v = overlap_lines / (bundle.high_v - bundle.low_v);
+    // A line on the border of a triangle's box belongs to it, however its number is rounded.
+    constexpr double slack = 1e-9;
     const auto first_at = [](double from, double low, double scale) {
-        return static_cast<int>(std::clamp(std::ceil((from - low) * scale - line_shift), 0.0, 1.0 * overlap_lines));
+        const double line = (from - low) * scale - line_shift - slack;
+        return static_cast<int>(std::clamp(std::ceil(line), 0.0, 1.0 * overlap_lines));
     };
     const auto last_at = [](double to, double low, double scale) {
-        return static_cast<int>(std::clamp(std::floor((to - low) * scale - line_shift), -1.0, overlap_lines - 1.0));
+        const double line = (to - low) * scale - line_shift + slack;
+        return static_cast<int>(std::clamp(std::floor(line), -1.0, overlap_lines - 1.0));
     };
     for (Index t = range.first; t < range.end(); ++t) {
         const Index a = triangles(0, t);
@@ -86,26 +92,26 @@ void OverlapTruth::pierce(const Triangles& triangles, Range range, const Matrix3
         const int last_v = last_at(high_v, bundle.low_v, scale_v);
         const int first_u = next_line(first_at(low_u, bundle.low_u, scale_u), stride);
         if (first_u > last_u) continue;
-        const Turn opposite_a(turned, b, c);
-        const Turn opposite_b(turned, c, a);
-        const Turn opposite_c(turned, a, b);
+        const Vector3 corner_a = turned.col(a);
+        const Vector3 corner_b = turned.col(b);
+        const Vector3 corner_c = turned.col(c);
+        const auto [low, high] = std::minmax({corner_a.z(), corner_b.z(), corner_c.z()});
         for (int j = next_line(first_at(low_v, bundle.low_v, scale_v), stride); j <= last_v; j += stride) {
             const double y = coordinate(bundle.low_v, bundle.high_v, j);
             for (int i = first_u; i <= last_u; i += stride) {
                 const std::size_t line = static_cast<std::size_t>(j) * overlap_lines + static_cast<std::size_t>(i);
                 if (met != nullptr && (*met)[line].empty()) continue;
-                const double x = coordinate(bundle.low_u, bundle.high_u, i);
-                const double at_a = opposite_a.about(x, y);
-                const double at_b = opposite_b.about(x, y);
-                if (!(at_a > 0.0 && at_b > 0.0) && !(at_a < 0.0 && at_b < 0.0)) continue;
-                const double at_c = opposite_c.about(x, y);
-                const bool left = at_a > 0.0 && at_c > 0.0;
-                const bool right = at_a < 0.0 && at_c < 0.0;
-                if (!left && !right) continue;
-                const double height =
-                    (at_a * turned(2, a) + at_b * turned(2, b) + at_c * turned(2, c)) / (at_a + at_b + at_c);
-                // A triangle that is counter-clockwise seen from above is left by the line going up.
-                lines[line].push_back({height, left ? -1 : 1});
+                const Vector3 at(coordinate(bundle.low_u, bundle.high_u, i), y, 0.0);
+                const Turn at_a(at, corner_b, corner_c);
+                const Turn at_b(at, corner_c, corner_a);
+                if (at_a.side == 0 || at_b.side != at_a.side) continue;
+                const Turn at_c(at, corner_a, corner_b);
+                if (at_c.side != at_a.side) continue;
+                const double height = (at_a.area * corner_a.z() + at_b.area * corner_b.z() + at_c.area * corner_c.z()) /
+                                      (at_a.area + at_b.area + at_c.area);
+                // A triangle that is counter-clockwise seen from above is left by the line going up. Rounding may put
+                // the height on a triangle seen edge-on outside of it, or leave none.
+                lines[line].push_back({std::isnan(height) ? low : std::clamp(height, low, high), -at_a.side});
             }
         }
     }

@@ -21,13 +21,6 @@ int turn(const Vector3& a, const Vector3& b, const Vector3& p) {
     return -orientation_sign({a.x(), a.y(), 0.0}, {b.x(), b.y(), 0.0}, {p.x(), p.y(), 0.0}, {p.x(), p.y(), 1.0});
 }
 
-/// turn(a, b, p) with p moved by (e², e): never 0 unless a and b coincide seen from above.
-int turn_of_moved_end(const Vector3& a, const Vector3& b, const Vector3& p) {
-    if (const int sign = turn(a, b, p); sign != 0) return sign;
-    if (const int sign = sign_of(b.x() - a.x()); sign != 0) return sign;
-    return -sign_of(b.y() - a.y());
-}
-
 /// turn(p, q, u) with p and q moved by (e², e).
 int turn_of_moved_line(const Vector3& p, const Vector3& q, const Vector3& u) {
     if (const int sign = turn(p, q, u); sign != 0) return sign;
@@ -37,9 +30,15 @@ int turn_of_moved_line(const Vector3& p, const Vector3& q, const Vector3& u) {
 
 }  // namespace
 
+int side_of_line(const Vector3& u, const Vector3& v, const Vector3& p) {
+    if (const int sign = turn(u, v, p); sign != 0) return sign;
+    if (const int sign = sign_of(v.x() - u.x()); sign != 0) return sign;
+    return -sign_of(v.y() - u.y());
+}
+
 int upward_crossing(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p) {
-    const int side = turn_of_moved_end(a, b, p);
-    if (side == 0 || turn_of_moved_end(b, c, p) != side || turn_of_moved_end(c, a, p) != side) return 0;
+    const int side = side_of_line(a, b, p);
+    if (side == 0 || side_of_line(b, c, p) != side || side_of_line(c, a, p) != side) return 0;
     // p strictly below the plane; a p in the plane has been moved up out of it.
     return orientation_sign(a, b, c, p) == side ? side : 0;
 }
@@ -49,12 +48,12 @@ int passing_to_the_right(const Vector3& u, const Vector3& v, const Vector3& p) {
     const bool rises = v.y() > p.y();
     if (rises == (u.y() > p.y())) return 0;
     const int side = rises ? 1 : -1;
-    return turn_of_moved_end(u, v, p) == side ? side : 0;
+    return side_of_line(u, v, p) == side ? side : 0;
 }
 
 int edge_passage(const Vector3& u, const Vector3& v, const Vector3& p, const Vector3& q) {
-    const int before = turn_of_moved_end(u, v, p);
-    const int after = turn_of_moved_end(u, v, q);
+    const int before = side_of_line(u, v, p);
+    const int after = side_of_line(u, v, q);
     if (before == after) return 0;
     if (turn_of_moved_line(p, q, u) == turn_of_moved_line(p, q, v)) return 0;
     return orientation_sign(p, q, u, v) == before ? after : 0;

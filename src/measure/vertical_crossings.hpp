@@ -15,6 +15,11 @@ inline bool rays_miss(const Box& points, const Box& surface) {
     return apart_seen_from_above(points, surface) || points.min.z() > surface.max.z();
 }
 
+/// Side of the directed edge u→v on which the vertical line through p passes, seen from above. +1: left; −1: right; 0:
+/// u and v coincide seen from above. Exact; the same infinitesimal step as upward_crossing. A line through a closed
+/// surface therefore leaves it as often as it enters.
+int side_of_line(const Vector3& u, const Vector3& v, const Vector3& p);
+
 /// Signed crossing of the ray from p in direction +z with triangle a, b, c. +1: counter-clockwise seen from above; −1:
 /// clockwise; 0: the ray misses it. Exact. p is shifted by the infinitesimal step (e³, e², e), so that a ray through
 /// shared edges and corners counts each surface once.

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "geometry/exact.hpp"
-#include "support/random_vectors.hpp"
+#include "geometry/triangle_families.hpp"
+#include "support/meshes.hpp"
 
 namespace trocar {
 namespace {
@@ -14,15 +14,8 @@ namespace {
 /// Two bodies of one triangle each; `exchanged` puts the second first.
 struct Scene {
     Scene(const Corners& first, const Corners& second, bool exchanged = false) {
-        Body body;
-        body.vertex_count = 3;
-        body.triangles.resize(3, 1);
-        body.triangles.col(0) << 0, 1, 2;
-        std::vector<Body> bodies{body, body};
-        bodies[0].name = "one";
-        bodies[1].name = "two";
-        bodies[0].kind = BodyKind::tissue;
-        topology = make_topology(bodies);
+        topology =
+            make_topology({test::triangle_body("one", BodyKind::tissue), test::triangle_body("two", BodyKind::rigid)});
         frame.position.resize(3, 6);
         for (Eigen::Index i = 0; i < 3; ++i) {
             frame.position.col(i + (exchanged ? 3 : 0)) = first[static_cast<std::size_t>(i)];
@@ -92,14 +85,11 @@ TEST(Derive, CrossingEdgesGiveTheirCommonNormalAndDepth) {
 
 TEST(Derive, CrossingEdgesTouchAfterMovingByTheDepth) {
     std::mt19937_64 random(1);
-    std::uniform_real_distribution<double> coordinate(0.0, 0.01);
     int edges = 0;
     for (int n = 0; n < 20000 && edges < 500; ++n) {
-        Corners first;
-        Corners second;
-        for (Corners* t : {&first, &second}) {
-            for (Vector3& corner : *t) corner = test::random_vector(coordinate, random);
-        }
+        const test::TrianglePairCase pair = test::random_pair(random);
+        const Corners first = test::scaled(pair.first, 0.01);  // m
+        const Corners second = test::scaled(pair.second, 0.01);
         if (!triangles_intersect(first, second)) continue;
         const Contact contact = Scene(first, second).contact();
         if (contact.kind != ContactCase::edges_cross) continue;
@@ -125,14 +115,11 @@ TEST(Derive, CrossingEdgesTouchAfterMovingByTheDepth) {
 
 TEST(Derive, ExchangedBodiesGiveMirroredContacts) {
     std::mt19937_64 random(2);
-    std::uniform_real_distribution<double> coordinate(0.0, 0.01);
     std::array<int, 4> seen{};
     for (int n = 0; n < 20000; ++n) {
-        Corners first;
-        Corners second;
-        for (Corners* t : {&first, &second}) {
-            for (Vector3& corner : *t) corner = test::random_vector(coordinate, random);
-        }
+        const test::TrianglePairCase pair = test::random_pair(random);
+        const Corners first = test::scaled(pair.first, 0.01);  // m
+        const Corners second = test::scaled(pair.second, 0.01);
         if (!triangles_intersect(first, second)) continue;
         const Contact contact = Scene(first, second).contact();
         const Contact mirror = Scene(first, second, true).contact();

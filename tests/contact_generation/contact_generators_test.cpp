@@ -14,6 +14,7 @@
 #include "method/registry.hpp"
 #include "simulate/simulation.hpp"
 #include "support/scene_samples.hpp"
+#include "support/shapes.hpp"
 
 namespace trocar::test {
 namespace {
@@ -293,7 +294,7 @@ class ContactGenerators : public testing::TestWithParam<Case> {};
 
 Tally tally_of(const Case& one, const std::string& generator) {
     const Scene scene = scene_of(one);
-    // Pairs are another test's claim (DetectorContract, QueryDistanceContract); here they need not be slow.
+    // Pairs are another test's claim (DetectorContract); here they need not be slow.
     Simulation run(scene, make_detector("ohc"), make_response(one.response), registry().contact_generator(generator));
     SecondFeatures second(scene.topology);
     SecondSides sides(second, scene.topology);
@@ -372,20 +373,13 @@ TEST(TrackedProximity, WhatHasCrossedNearAFreeRimStaysCrossedUntilItIsMoreBeside
 }
 
 TEST(PlaceAtStart, LeavesAContactOfWhichATriangleIsNotKnownAsItIs) {
-    Triangles one(3, 1);
-    one.col(0) << 0, 1, 2;
-    const Topology topology =
-        make_topology({Body{.name = "a", .kind = BodyKind::instrument, .vertex_count = 3, .triangles = one},
-                       Body{.name = "b", .kind = BodyKind::tissue, .vertex_count = 3, .triangles = one}});
-    Frame frame;
-    frame.position = Matrix3X::Zero(3, 6);
-    frame.previous = frame.position;
-    frame.velocity = Matrix3X::Zero(3, 6);
+    const Shape point = triangle(Vector3::Zero(), Vector3::Zero(), Vector3::Zero());
+    const World world = make_world("two", {{BodyKind::instrument, point}, {BodyKind::tissue, point}});
     for (const auto& [a, b] : {std::pair<Index, Index>{0, -1}, {-1, 1}, {-1, -1}}) {
         Contact contact;
         contact.a = a;
         contact.b = b;
-        place_at_start(TickStart(topology, frame), contact);
+        place_at_start(TickStart(world.topology, world.frame), contact);
         EXPECT_EQ(contact.body_a, -1) << a << " " << b;
         EXPECT_EQ(contact.body_b, -1) << a << " " << b;
     }
@@ -405,38 +399,22 @@ INSTANTIATE_TEST_SUITE_P(Scenes, ContactGenerators, testing::ValuesIn(cases),
 
 /// A roof with its ridge along y: triangle 1 is level, triangle 2 falls away by an angle of this cosine and sine. An
 /// upright blade, triangle 0, has its vertex 0 at `corner` and the two others at the same x, `others` high.
-std::pair<Topology, Frame> blade_at_roof(const Vector3& corner, double others, double cosine, double sine) {
-    Triangles blade(3, 1);
-    blade << 0, 1, 2;
-    Triangles roof(3, 2);
-    roof.col(0) << 0, 1, 2;
-    roof.col(1) << 0, 3, 1;
-    Frame frame;
-    frame.position.resize(3, 7);
-    frame.position.col(0) = corner;
-    frame.position.col(1) = Vector3(corner.x(), 0.25, others);
-    frame.position.col(2) = Vector3(corner.x(), 0.5, others);
-    frame.position.col(3) = Vector3::Zero();
-    frame.position.col(4) = Vector3(0.0, 1.0, 0.0);
-    frame.position.col(5) = Vector3(-1.0, 0.0, 0.0);
-    frame.position.col(6) = Vector3(cosine, 0.0, -sine);
-    frame.previous = frame.position;
-    frame.velocity = Matrix3X::Zero(3, 7);
-    return {
-        make_topology(
-            {Body{.name = "tool", .kind = BodyKind::instrument, .closed = false, .vertex_count = 3, .triangles = blade},
-             Body{.name = "roof", .kind = BodyKind::rigid, .closed = false, .vertex_count = 4, .triangles = roof}}),
-        frame};
+World blade_at_roof(const Vector3& corner, double others, double cosine, double sine) {
+    const Shape blade = triangle(corner, {corner.x(), 0.25, others}, {corner.x(), 0.5, others});
+    const Shape roof{{{0.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {-1.0, 0.0, 0.0}, {cosine, 0.0, -sine}},
+                     {{0, 1, 2}, {0, 3, 1}}};
+    return make_world("blade at roof", {{.kind = BodyKind::instrument, .shape = blade, .closed = false},
+                                        {.kind = BodyKind::rigid, .shape = roof, .closed = false}});
 }
 
 /// What `tracked_proximity` makes of the blade near both triangles of the roof.
-std::vector<Contact> tracked_proximity_at_roof(const std::pair<Topology, Frame>& scene, double query_distance) {
+std::vector<Contact> tracked_proximity_at_roof(const World& world, double query_distance) {
     const auto generator = make_contact_generator("tracked_proximity");
-    generator->prepare(scene.first, scene.second);
+    generator->prepare(world.topology, world.frame);
     ContactSet contacts;
     contacts.near = {{0, 1}, {0, 2}};
     contacts.query_distance = query_distance;
-    generator->gather(scene.second, contacts);
+    generator->gather(world.frame, contacts);
     return contacts.contacts;
 }
 

@@ -54,4 +54,9 @@ const std::vector<DetectorEntry>& methods();
 /// (method, check) -> reason, of the gaps that are known: of the list `detectors` or `response_contract`.
 std::map<std::pair<std::string, std::string>, std::string> known_gaps(const std::string& list);
 
+/// What to expect of a check: nothing failed, or, where the list has a gap of the check for one of these names of the
+/// method, that something still does.
+void expect_kept(const std::string& list, const std::vector<std::string>& names, const std::string& check,
+                 const std::string& failures);
+
 }  // namespace trocar::test

@@ -2,10 +2,8 @@
 // generator that it takes; and shipped scenes that are over in few ticks.
 #pragma once
 
-#include <map>
 #include <ostream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "method/registry.hpp"
@@ -29,9 +27,6 @@ std::string detector_for(const ContactGeneratorEntry& source);
 
 /// A shipped scene whose scripts run `faster` times as fast.
 Scene quick_scene(const std::string& name, double faster);
-
-/// (method, check) -> reason, of the responses' gaps that are known.
-std::map<std::pair<std::string, std::string>, std::string> known_response_gaps();
 
 /// What to expect of a check: nothing failed, or, where the gap is known, that something still does.
 void expect_kept(const ResponseMethod& who, const std::string& check, const std::string& failures);

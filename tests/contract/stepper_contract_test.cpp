@@ -105,8 +105,7 @@ TEST_P(StepperContract, AContactAtItsLimitGivesExactlyThat) {
 
 TEST_P(StepperContract, TheTissueGetsWhatALimitLeaves) {
     // A free vertex without springs: all that moves it is the contact.
-    test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
-    s.materials.substeps = 4;
+    test::TissueSample s = test::free_vertex();
     test::Stepped p(s, test::stepper_of(GetParam()));
     p.output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, 1e4, 0.0));
     p.output.contacts.back().limit = 0.5;
@@ -125,8 +124,7 @@ TEST_P(StepperContract, TheForceOfAContactIsTakenFromTheStateThatTheOutputNames)
     constexpr double k = 100.0;
     constexpr double m = 1e-3;
     const auto rate_after_a_tick = [&](ContactTiming timing) {
-        test::TissueSample s = test::make_tissue({Vector3::Zero()}, {m}, {0}, {});
-        s.materials.substeps = 4;
+        test::TissueSample s = test::free_vertex(m);
         test::Stepped p(s, test::stepper_of(GetParam()));
         p.output.contact_timing = timing;
         p.output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -0.002, k, 0.0));
@@ -184,8 +182,7 @@ TEST_P(StepperContract, NoContactPressesUnlessASubStepEndsInside) {
     fits.fill(true);
     int within = 0;
     const auto check = [&](double mu, double limit, double depth, double rate) {
-        test::TissueSample s = test::make_tissue({Vector3::Zero()}, {m}, {0}, {});
-        s.materials.substeps = 4;
+        test::TissueSample s = test::free_vertex(m);
         s.frame.velocity(2, 0) = rate;
         test::Stepped p(s, test::stepper_of(GetParam()));
         p.output.contacts.push_back(test::plane_contact(0, Vector3::UnitZ(), -depth, k, mu));
@@ -245,7 +242,7 @@ TEST_P(StepperContract, AnEdgeHeldAgainstAnEdgeIsPushedWhereTheyCross) {
 TEST_P(StepperContract, BetweenTwoContactsTheOneWithTheLimitYields) {
     // A vertex that a plane from below and one from above press together by 2 mm: the first yields at 0.3 N, so that
     // the other is left 0.3 N / 1000 N/m deep.
-    test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-4}, {0}, {});
+    test::TissueSample s = test::free_vertex(1e-4);
     test::Stepped p(s, test::stepper_of(GetParam()));
     for (int tick = 0; tick < 500; ++tick) {
         const double z = p.s.frame.position(2, 0);
@@ -349,7 +346,7 @@ TEST_P(StepperContract, AsksForNoMemoryAfterWarmUp) {
 }
 
 TEST(StepperEntry, WhatItDoesNotTakeIsNamed) {
-    const test::TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
+    const test::TissueSample s = test::free_vertex();
     StepperEntry entry;
     entry.name = "statue";
     ResponseOutput output = test::empty_output(s.topology);
@@ -514,7 +511,7 @@ TEST_P(StepperContract, AsksTheSolverFromWhatItPredictsAndTakesItsImpulsesAndShi
 TEST_P(StepperContract, SaysOfContactsPositionCorrectionsAndHeldForcesWhetherItTakesThem) {
     // A free vertex at rest that each of the three would bring away from where it is.
     const StepperEntry& entry = registry().stepper(parse_method(GetParam()).name);
-    const test::TissueSample still = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
+    const test::TissueSample still = test::free_vertex();
     const auto moves_it = [&](const ResponseOutput& output) {
         test::Stepped p(still, test::stepper_of(GetParam()));
         p.output = output;

@@ -212,7 +212,7 @@ TEST_P(StepperMotion, ALoadedMembraneSinksAsItsEquationSays) {
 }
 
 TEST_P(StepperMotion, APlaneCarriesWhatLiesOnItAndHoldsWhatSticks) {
-    TissueSample s = test::make_tissue({Vector3::Zero()}, {1e-3}, {0}, {});
+    TissueSample s = test::free_vertex();
     for (const int substeps : {1, 4}) {
         s.materials.substeps = substeps;
         test::Stepped p(s, test::stepper_of(GetParam()));

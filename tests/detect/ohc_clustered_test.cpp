@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <random>
 #include <set>
 #include <string>
@@ -96,41 +95,6 @@ TEST(ClusterKernels, FloatBoxesThatTouchInDoubleNeverLookApart) {
             for (std::size_t k = 0; k < 3; ++k) {
                 EXPECT_EQ(of_places.low[k][5], boxes.low[k][0]);
                 EXPECT_EQ(of_places.high[k][5], boxes.high[k][0]);
-            }
-        }
-    }
-}
-
-TEST(Clusters, HoldEveryTriangleOnceAndTheBlocksOfItsCorners) {
-    const World world = dipping(0, 30);
-    for (const ClusterOrder order : {ClusterOrder::automatic, ClusterOrder::given, ClusterOrder::local}) {
-        for (const BodyRange& range : world.topology.bodies) {
-            const ClusteredBody body = cluster_body(world.topology, world.frame, range, order);
-            std::vector<Index> seen;
-            for (std::size_t place = 0; place < body.triangle.size(); ++place) {
-                const Index t = body.triangle[place];
-                if (t < 0) continue;
-                seen.push_back(t);
-                const auto cluster = static_cast<Index>(place) / fan;
-                const Index group = cluster / fan;
-                const Index region = group / fan;
-                const auto holds = [](const auto& lists, Index list, auto member) {
-                    return std::find(lists.begin(list), lists.end(list), member) != lists.end(list);
-                };
-                for (std::size_t k = 0; k < 3; ++k) {
-                    const Index v = world.topology.triangles(static_cast<Eigen::Index>(k), t);
-                    const Index block = body.block_of[static_cast<std::size_t>(v - range.vertices.first)];
-                    const std::uint16_t corner = body.corners[static_cast<std::size_t>(cluster)][place % fan][k];
-                    EXPECT_EQ(body.vertices_of_group.begin(group)[corner], v);
-                    EXPECT_TRUE(holds(body.vertices_of_cluster, cluster, corner));
-                    EXPECT_TRUE(holds(body.blocks_of_group, group, block));
-                    EXPECT_TRUE(holds(body.blocks_of_region, region, block));
-                }
-            }
-            std::sort(seen.begin(), seen.end());
-            ASSERT_EQ(static_cast<Index>(seen.size()), range.triangles.count);
-            for (Index t = 0; t < range.triangles.count; ++t) {
-                EXPECT_EQ(seen[static_cast<std::size_t>(t)], range.triangles.first + t);
             }
         }
     }

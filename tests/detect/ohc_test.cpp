@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <utility>
 
 #include "detect/answers.hpp"
 #include "detect/lattice.hpp"
@@ -168,39 +167,6 @@ TEST(MeetingBoxes, KeepEveryTriangleThatReachesIntoAnotherBodysBoxAndWithFewNeig
     EXPECT_GT(ruled_out, 100U);
 }
 
-TEST(TriangleCells, BoxesHoldTheCornersTheirPathAndWhatIsAroundThemAndNothingElse) {
-    World world = make_world(
-        "soups", {{BodyKind::instrument, soup(30, 0.02, 0.2, 91)}, {BodyKind::tissue, soup(30, 0.01, 0.2, 92)}});
-    const Index count = world.topology.vertex_count;
-    for (Index v = 0; v < count; ++v) world.frame.previous.col(v) = world.frame.position.col((v + 7) % count);
-    TriangleCells cells;
-    cells.prepare(world.topology, 0.001);
-    cells.grow(1, 0.0005);
-    cells.lattice().set(0.01, Vector3(-0.2, -0.2, -0.2));
-    for (const bool path : {false, true}) {
-        cells.set_path(path);
-        for (Index t = 0; t < world.topology.triangle_count(); ++t) {
-            const Index body = world.topology.body_of_triangle[static_cast<std::size_t>(t)];
-            Box box;
-            for (const Index v : world.topology.triangles.col(t)) {
-                box.add(world.frame.position.col(v));
-                if (path) box.add(world.frame.previous.col(v));
-            }
-            const double around = body == 0 ? 0.001 : 0.0015;
-            const Primitive p = cells.primitive(world.frame, t);
-            EXPECT_EQ(p.triangle, t);
-            EXPECT_EQ(p.body, body);
-            for (int axis = 0; axis < 3; ++axis) {
-                const auto k = static_cast<std::size_t>(axis);
-                EXPECT_NEAR(p.low[k], box.min[axis] - around, 1e-15) << t << ", way " << path;
-                EXPECT_NEAR(p.high[k], box.max[axis] + around, 1e-15) << t << ", way " << path;
-                EXPECT_EQ(p.range.low[axis], cells.lattice().number(p.low[k], axis));
-                EXPECT_EQ(p.range.high[axis], cells.lattice().number(p.high[k], axis));
-            }
-        }
-    }
-}
-
 TEST(Ohc, CellNumbersAreMonotone) {
     Lattice lattice;
     lattice.set(0.001, Vector3(-3.0, 2.0, 1e4));
@@ -215,25 +181,6 @@ TEST(Ohc, CellNumbersAreMonotone) {
         for (int axis = 0; axis < 3; ++axis) {
             EXPECT_LE(lattice.number(x, axis), lattice.number(next, axis));
             EXPECT_LE(lattice.number(x, axis), lattice.number(far, axis));
-        }
-    }
-}
-
-TEST(Ohc, CellsOfBoxesEqualSingleNumbers) {
-    Lattice lattice;
-    lattice.set(0.0123, Vector3(0.4, -0.3, 7.0));
-    std::mt19937 random(6);
-    std::uniform_real_distribution<double> anywhere(-20.0, 20.0);
-    for (int k = 0; k < 5000; ++k) {
-        const double wide = k % 9 == 0 ? 1e12 : 1.0;
-        double x[6];
-        for (double& number : x) number = wide * anywhere(random);
-        const CellRange range = lattice.range(Two{x[0], x[1]}, Two{x[2], x[3]}, Two{x[4], x[5]});
-        const double low[3] = {x[0], x[1], x[4]};
-        const double high[3] = {x[2], x[3], x[5]};
-        for (int axis = 0; axis < 3; ++axis) {
-            EXPECT_EQ(range.low[axis], lattice.number(low[axis], axis));
-            EXPECT_EQ(range.high[axis], lattice.number(high[axis], axis));
         }
     }
 }
@@ -335,16 +282,9 @@ TEST(Ohc, StormOfEqualHashesIsStillRight) {
     Shape line;
     Shape crossing;
     for (int k = 0; k < 60; ++k) {
-        const auto first = static_cast<Index>(line.vertices.size());
         const Vector3 x(64.0 * k, 0.0, 0.0);
-        for (const Vector3& corner : {Vector3(0.1, 0.1, 0.5), Vector3(0.9, 0.1, 0.5), Vector3(0.4, 0.9, 0.5)}) {
-            line.vertices.push_back(x + corner);
-        }
-        for (const Vector3& corner : {Vector3(0.4, 0.3, 0.1), Vector3(0.45, 0.35, 0.9), Vector3(0.5, 0.3, 0.9)}) {
-            crossing.vertices.push_back(x + corner);
-        }
-        line.triangles.push_back({first, first + 1, first + 2});
-        crossing.triangles.push_back({first, first + 1, first + 2});
+        line.add(triangle({0.1, 0.1, 0.5}, {0.9, 0.1, 0.5}, {0.4, 0.9, 0.5}).move(x));
+        crossing.add(triangle({0.4, 0.3, 0.1}, {0.45, 0.35, 0.9}, {0.5, 0.3, 0.9}).move(x));
     }
     const World world = make_world("storm", {{BodyKind::tissue, line}, {BodyKind::tissue, crossing}});
     const Pairs expected = pairs_of_oracle(world);
@@ -353,26 +293,6 @@ TEST(Ohc, StormOfEqualHashesIsStillRight) {
         EXPECT_EQ(answer(world, {{"cell", "1"}, {"hash", hash}, {"hash_bits", "1"}}).pairs, expected) << hash;
     }
 }
-
-class Limits : public testing::TestWithParam<const char*> {};
-
-TEST_P(Limits, WorkStaysWithinTheBudgetAndTheCutIsReported) {
-    const World world = dipping(0, 20);
-    const ContactSet whole = answer(world, {}, GetParam());
-    ASSERT_GT(whole.pairs.size(), 20U);
-    for (std::int64_t budget = 0; budget < 2 * whole.work.work(); budget += 97) {
-        const ContactSet contacts = answer(world, {{"work_budget", std::to_string(budget)}}, GetParam());
-        EXPECT_LE(contacts.work.work(), budget);
-        EXPECT_TRUE(
-            std::includes(whole.pairs.begin(), whole.pairs.end(), contacts.pairs.begin(), contacts.pairs.end()));
-        if (!contacts.truncated) {
-            EXPECT_EQ(contacts.pairs, whole.pairs) << "cut without a word at " << budget;
-        }
-    }
-    EXPECT_FALSE(answer(world, {{"work_budget", std::to_string(4 * whole.work.work())}}, GetParam()).truncated);
-}
-
-INSTANTIATE_TEST_SUITE_P(Ohc, Limits, testing::Values("ohc", "ohc_clustered"));
 
 TEST(OhcLimits, PairsOfTheLastTickComeFirst) {
     const World before = dipping(0, 20);

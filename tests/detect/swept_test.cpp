@@ -2,51 +2,17 @@
 // scene one by one and the integer oracle, and against times known in closed form.
 #include "detect/swept.hpp"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "detect/answers.hpp"
 #include "geometry/continuous.hpp"
-#include "geometry/exact.hpp"
 #include "measure/allocations.hpp"
+#include "support/world_triangles.hpp"
 
 namespace trocar::test {
 namespace {
-
-MovingTriangle moving(const World& world, Index triangle) {
-    MovingTriangle result;
-    for (int k = 0; k < 3; ++k) {
-        const Index v = world.topology.triangles(k, triangle);
-        result[static_cast<std::size_t>(k)] = {world.frame.previous.col(v), world.frame.position.col(v)};
-    }
-    return result;
-}
-
-/// Every pair of the listed bodies by a double loop: apart at the frame before, met within the tick.
-std::vector<SweptContact> expected_beginnings(const World& world) {
-    std::vector<SweptContact> result;
-    for (const auto& [first, second] : world.topology.body_pairs) {
-        const Range a_range = world.topology.bodies[static_cast<std::size_t>(first)].triangles;
-        const Range b_range = world.topology.bodies[static_cast<std::size_t>(second)].triangles;
-        for (Index a = a_range.first; a < a_range.end(); ++a) {
-            const MovingTriangle one = moving(world, a);
-            for (Index b = b_range.first; b < b_range.end(); ++b) {
-                const MovingTriangle other = moving(world, b);
-                if (oracle_intersect({one[0].start, one[1].start, one[2].start},
-                                     {other[0].start, other[1].start, other[2].start})) {
-                    continue;
-                }
-                const std::optional<double> time = oracle_first_contact(one, other);
-                if (time) result.push_back({.a = a, .b = b, .body_a = first, .body_b = second, .time = *time});
-            }
-        }
-    }
-    std::sort(result.begin(), result.end(),
-              [](const SweptContact& x, const SweptContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
-    return result;
-}
 
 ContactSet answer(const World& world, const std::string& name, Settings settings = {}) {
     settings.emplace("swept", "on");
@@ -102,7 +68,7 @@ class Swept : public testing::TestWithParam<std::string> {};
 
 TEST_P(Swept, ReportsEveryPairThatBeginsAndNoOther) {
     for (const World& world : fast_scenes()) {
-        const std::vector<SweptContact> expected = expected_beginnings(world);
+        const std::vector<SweptContact> expected = beginnings_of_oracle(world);
         ASSERT_GT(expected.size(), 20U) << world.name;
         const ContactSet contacts = answer(world, GetParam());
         EXPECT_EQ(contacts.pairs, plain_answer(world, GetParam()).pairs) << world.name;

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "geometry/exact.hpp"
+#include "geometry/triangle_distance.hpp"
 #include "support/data.hpp"
 #include "support/random_vectors.hpp"
 #include "support/test_name.hpp"
@@ -127,33 +128,10 @@ public:
     }
 
 private:
-    Vector3 corner() {
-        std::uniform_int_distribution<int> coordinate(-2, 2);
-        return {static_cast<double>(coordinate(random_)), static_cast<double>(coordinate(random_)),
-                static_cast<double>(coordinate(random_))};
-    }
+    Vector3 corner() { return test::random_vector(coordinate_, random_); }
+    std::uniform_int_distribution<int> coordinate_{-2, 2};
     std::mt19937_64 random_;
 };
-
-double distance(const Corners& triangle, const Corners& other) {
-    // Smallest over a fine sampling of both: good enough to see whether two sets of size 1 touch.
-    double nearest = 1e9;
-    constexpr int steps = 24;
-    std::vector<Vector3> points;
-    for (int i = 0; i <= steps; ++i) {
-        for (int j = 0; i + j <= steps; ++j) {
-            points.emplace_back(other[0] + (other[1] - other[0]) * i / steps + (other[2] - other[0]) * j / steps);
-        }
-    }
-    for (int i = 0; i <= steps; ++i) {
-        for (int j = 0; i + j <= steps; ++j) {
-            const Vector3 p =
-                triangle[0] + (triangle[1] - triangle[0]) * i / steps + (triangle[2] - triangle[0]) * j / steps;
-            for (const Vector3& q : points) nearest = std::min(nearest, (p - q).norm());
-        }
-    }
-    return nearest;
-}
 
 /// Positions at t = n/64 are exact for small integers, so the static exact test is a second opinion there: any contact
 /// it sees must be reported, not later. A reported contact must be one of touching sets at its time.
@@ -172,7 +150,7 @@ void expect_consistent(const MovingTriangle& first, const MovingTriangle& second
     if (!time) return;
     ASSERT_GE(*time, 0.0);
     ASSERT_LE(*time, 1.0);
-    ASSERT_LT(distance(place(first, *time), place(second, *time)), 0.35);
+    ASSERT_LT(triangle_distance(place(first, *time), place(second, *time)).squared_distance, 1e-24);
 }
 
 TEST(FirstContact, OfAVertexAndAFaceAndOfTwoEdgesIsSeenWhereSamplesOfTheMotionSeeIt) {

@@ -3,9 +3,7 @@
 
 #include <bit>
 #include <cstdint>
-#include <fstream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "geometry/input_error.hpp"
@@ -283,26 +281,21 @@ TEST_F(MeshRead, PlyNamesLineOrByteOfBadInput) {
         "int "
         "vertex_indices\n";
     const std::string vertices = "0 0 0\n1 0 0\n0 1 0\n";
+    const auto expect_body_refused = [&](const std::string& body, const std::string& part) {
+        expect_refused("a.ply", ply_header("ascii", elements) + body, part);
+    };
     EXPECT_EQ(refusal("a.ply", ply_header("ascii", elements) + vertices + "3 0 1 2"), "");
-    expect_refused("a.ply", ply_header("ascii", elements) + vertices,
-                   "line 8: expected 1 rows of element 'face' after the header, got only 18 bytes");
-    expect_refused("a.ply", ply_header("ascii", elements) + "0 0 0\n1 0 0\n0.000000000000000000 1 0\n",
-                   "line 13: expected face 0 of 1, got end of file");
-    expect_refused("a.ply", ply_header("ascii", elements) + vertices + "3 0 1 3\n",
-                   "line 14: expected a vertex number 0 to 2 (face 0), got 3");
-    expect_refused("a.ply", ply_header("ascii", elements) + vertices + "3 0 1 -1\n", "got -1");
-    expect_refused("a.ply", ply_header("ascii", elements) + vertices + "2 0 1\n",
-                   "expected at least 3 corners (face 0), got 2");
-    expect_refused("a.ply", ply_header("ascii", elements) + vertices + "4 0 1 2\n", "line 14: ");
-    expect_refused("a.ply", ply_header("ascii", elements) + vertices + "3 0 1 2 2\n",
-                   "line 14: expected no more values for face 0, got '2'");
-    expect_refused("a.ply", ply_header("ascii", elements) + vertices + "3 0 1 2\n3 0 1 2\n",
-                   "line 15: expected end of file");
-    expect_refused("a.ply", ply_header("ascii", elements) + vertices + "2000000000 0 1 2\n", "got 2000000000 entries");
-    expect_refused("a.ply", ply_header("ascii", elements) + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n",
-                   "line 12: expected a finite number (vertex 1)");
-    expect_refused("a.ply", ply_header("ascii", elements) + "0 0 0\n1 0\n0 1 0\n3 0 1 2\n",
-                   "line 12: expected more values for vertex 1");
+    expect_body_refused(vertices, "line 8: expected 1 rows of element 'face' after the header, got only 18 bytes");
+    expect_body_refused("0 0 0\n1 0 0\n0.000000000000000000 1 0\n", "line 13: expected face 0 of 1, got end of file");
+    expect_body_refused(vertices + "3 0 1 3\n", "line 14: expected a vertex number 0 to 2 (face 0), got 3");
+    expect_body_refused(vertices + "3 0 1 -1\n", "got -1");
+    expect_body_refused(vertices + "2 0 1\n", "expected at least 3 corners (face 0), got 2");
+    expect_body_refused(vertices + "4 0 1 2\n", "line 14: ");
+    expect_body_refused(vertices + "3 0 1 2 2\n", "line 14: expected no more values for face 0, got '2'");
+    expect_body_refused(vertices + "3 0 1 2\n3 0 1 2\n", "line 15: expected end of file");
+    expect_body_refused(vertices + "2000000000 0 1 2\n", "got 2000000000 entries");
+    expect_body_refused("0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n", "line 12: expected a finite number (vertex 1)");
+    expect_body_refused("0 0 0\n1 0\n0 1 0\n3 0 1 2\n", "line 12: expected more values for vertex 1");
     expect_refused(
         "a.ply",
         ply_header("binary_little_endian",

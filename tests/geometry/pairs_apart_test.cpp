@@ -60,23 +60,6 @@ TriangleMesh lattice_heap(std::mt19937_64& random, Index count, Index vertices) 
     return {points, faces};
 }
 
-/// Needles in bundles, and some triangles across them.
-TriangleMesh needles_and_faces(std::mt19937_64& random, Index count) {
-    std::uniform_real_distribution<double> place(-1.0, 1.0);
-    const auto anywhere = [&] { return test::random_vector(place, random); };
-    std::vector<Vector3> points;
-    Faces faces;
-    const Vector3 along = anywhere();
-    for (Index t = 0; t < count; ++t) {
-        const Vector3 p = anywhere();
-        const Vector3 q = t % 4 == 0 ? anywhere() : Vector3(p + along);
-        const Vector3 r = t % 8 == 0 ? anywhere() : Vector3(q + 1e-3 * anywhere());
-        points.insert(points.end(), {p, q, r});
-        faces.push_back({3 * t, 3 * t + 1, 3 * t + 2});
-    }
-    return {points, faces};
-}
-
 bool share_a_vertex(const TriangleMesh& heap, Index s, Index t) {
     for (int i = 0; i < 9; ++i) {
         if (heap.triangles(i / 3, s) == heap.triangles(i % 3, t)) return true;
@@ -98,7 +81,7 @@ TEST(PairsApart, AreAllThatMeetWithoutACommonVertexOrPlane) {
     for (int round = 0; round < 4; ++round) {
         heaps.push_back(lattice_heap(random, 120, 40));
         heaps.push_back(lattice_heap(random, 120, 300));
-        heaps.push_back(needles_and_faces(random, 150));
+        heaps.push_back(test::needles_and_faces(random, 150));
         heaps.push_back(cone(30));
         heaps.back().position += 0.02 * Matrix3X::Random(3, heaps.back().position.cols());
     }

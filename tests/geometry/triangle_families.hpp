@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "geometry/exact.hpp"
+#include "support/random_vectors.hpp"
 
 namespace trocar::test {
 
@@ -56,9 +57,7 @@ inline TrianglePairCase lattice_pair(std::mt19937_64& random, int size, double s
     std::uniform_int_distribution<int> coordinate(0, size - 1);
     TrianglePairCase pair;
     for (Corners* t : {&pair.first, &pair.second}) {
-        for (Vector3& corner : *t) {
-            for (int i = 0; i < 3; ++i) corner[i] = coordinate(random) * step + offset;
-        }
+        for (Vector3& corner : *t) corner = step * random_vector(coordinate, random) + Vector3::Constant(offset);
     }
     return pair;
 }
@@ -68,9 +67,7 @@ inline TrianglePairCase random_pair(std::mt19937_64& random) {
     std::uniform_real_distribution<double> coordinate(0.0, 1.0);
     TrianglePairCase pair;
     for (Corners* t : {&pair.first, &pair.second}) {
-        for (Vector3& corner : *t) {
-            for (int i = 0; i < 3; ++i) corner[i] = coordinate(random);
-        }
+        for (Vector3& corner : *t) corner = random_vector(coordinate, random);
     }
     return pair;
 }
@@ -99,6 +96,13 @@ inline TrianglePairCase nearly_touching_pair(std::mt19937_64& random) {
         corner = pair.first[0] + a * (pair.first[1] - pair.first[0]) + b * (pair.first[2] - pair.first[0]);
     }
     if (kind(random) == 0) jitter(random, pair.second);
+    return pair;
+}
+
+/// Of triangles that are segments or points.
+inline TrianglePairCase without_area(std::mt19937_64& random, TrianglePairCase pair) {
+    pair.first[2] = random() % 2 == 0 ? pair.first[1] : Vector3(0.5 * (pair.first[0] + pair.first[1]));
+    if (random() % 3 == 0) pair.second = {pair.second[0], pair.second[0], pair.second[0]};
     return pair;
 }
 

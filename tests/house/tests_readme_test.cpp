@@ -16,7 +16,7 @@ namespace {
 /// Every "Suite.Name" declared under tests; a check of DetectorContract counts by its own name.
 std::set<std::string> declared_tests(const std::filesystem::path& tests) {
     static const std::regex declaration(R"re(TEST(?:_P|_F)?\((\w+),\s*(\w+)\))re");
-    static const std::regex check(R"re(\{"(\w+)", \w+\})re");
+    static const std::regex check(R"re(\{"(\w+)", \w+[,}])re");
     std::set<std::string> names;
     const auto collect = [&](const std::string& text, const std::regex& pattern, const auto& name_of) {
         for (auto match = std::sregex_iterator(text.begin(), text.end(), pattern); match != std::sregex_iterator();

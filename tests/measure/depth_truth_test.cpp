@@ -179,32 +179,22 @@ TEST(DepthTruth, ToolThroughTheSheetBelongsOnTheDeclaredSide) {
     // A bar from z = -30 mm to 10 mm, or the other way up: its far end is behind the sheet, or in front.
     for (const double up : {1.0, -1.0}) {
         for (const SheetSide side : {SheetSide::front, SheetSide::back}) {
-            Shape bar;
-            for (const double z : {-0.03, -0.02, -0.005, 0.01}) {
-                for (const auto& [x, y] : {std::pair{0.0, 0.0}, std::pair{0.0015, 0.0}, std::pair{0.0, 0.0015}}) {
-                    bar.vertices.emplace_back(0.0113 + x, 0.0071 + y, up * z);
-                }
-            }
-            for (Index ring = 0; ring < 3; ++ring) {
-                for (Index i = 0; i < 3; ++i) {
-                    const Index j = (i + 1) % 3;
-                    bar.triangles.push_back({3 * ring + i, 3 * ring + j, 3 * ring + 3 + i});
-                    bar.triangles.push_back({3 * ring + j, 3 * ring + 3 + j, 3 * ring + 3 + i});
-                }
-            }
+            Shape bar = test::shaft(0.0015, 0.04, 3, 3).move({0.0113, 0.0071, -0.03});
+            for (Vector3& p : bar.vertices) p.z() *= up;
             World world(bar, sheet(0.1, 10), false);
             world.topology.bodies[1].start_side = side;
             DepthTruth truth(world.topology, world.frame);
             const double sign = side == SheetSide::front ? 1.0 : -1.0;
-            for (Index v = 0; v < 12; ++v) {
+            const Range points = world.topology.bodies[0].vertices;
+            for (Index v = 0; v < points.count; ++v) {
                 const double z = world.start(2, v);
-                EXPECT_EQ(truth.depth_of_vertex(v, 1), std::max(0.0, -sign * z)) << z << " declared " << sign;
+                EXPECT_NEAR(truth.depth_of_vertex(v, 1), std::max(0.0, -sign * z), 1e-15) << z << " declared " << sign;
             }
             // Pulled out on the declared side nothing is left; pushed through, everything is.
             world.place({0, 0, 0.04 * sign});
             EXPECT_EQ(truth.measure(world.frame).wrong_side, 0);
             world.place({0, 0, -0.04 * sign});
-            EXPECT_EQ(truth.measure(world.frame).wrong_side, 12 + DepthTruth::default_area_samples);
+            EXPECT_EQ(truth.measure(world.frame).wrong_side, points.count + DepthTruth::default_area_samples);
         }
     }
 }
@@ -474,10 +464,8 @@ TEST(DepthTruth, EdgeOfASheetThroughAToolIsAsDeepAsItsChord) {
     // vertices at y = +-2.5 mm stay outside. The chord's middle is nearest to the face at x = -apothem.
     const int sides = 16;
     const double radius = 0.002;
-    Shape shaft = prism(radius, 0.1, sides);
-    const Eigen::AngleAxisd turn(std::numbers::pi / sides, Vector3::UnitZ());  // a face's middle towards the sheet
-    for (Vector3& p : shaft.vertices) p = turn * p;
-    World world(shaft, sheet(0.1, 20), false);
+    const double turn = std::numbers::pi / sides;  // a face's middle towards the sheet
+    World world(prism(radius, 0.1, sides).rotate(Vector3::UnitZ(), turn), sheet(0.1, 20), false);
     world.place({0.06, 0.0025, 0.001});
     DepthTruth truth(world.topology, world.frame, {}, 1);
     const double apothem = radius * std::cos(std::numbers::pi / sides);
@@ -702,8 +690,7 @@ TEST(BodySurface, AreaSamplesOfATriangleAreRobertsSequenceFolded) {
     // 1/2 + n (1/g, 1/g²) modulo 1 from n = 1 on, where g³ = g + 1 (Roberts 2018); beyond the diagonal turned round.
     double g = 1.0;
     for (int i = 0; i < 60; ++i) g = std::cbrt(1.0 + g);
-    const Topology topology = make_topology({Body{
-        .name = "one", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = test::one_triangle}});
+    const Topology topology = make_topology({test::triangle_body("one", BodyKind::tissue, false)});
     Matrix3X position = Matrix3X::Zero(3, 3);
     position(0, 1) = 1.0;
     position(1, 2) = 1.0;
@@ -722,50 +709,34 @@ TEST(BodySurface, AreaSamplesOfATriangleAreRobertsSequenceFolded) {
     }
 }
 
-TEST(SurfaceDistance, TreeAgreesWithEveryTriangle) {
-    const Shape shape = torus(0.03, 0.01, 24, 12);
-    World world(points_only({}), shape, true);
+TEST(SurfaceDistance, TreeAgreesWithEveryTriangleAsPreparedAnewAndAsMoved) {
+    World world(sphere(0.01, 6), torus(0.03, 0.01, 24, 12), true);
+    world.place({0.1, 0.0, 0.0});
     std::mt19937_64 random(5);
     std::uniform_real_distribution<double> uniform(-0.06, 0.06);
     SurfaceDistance tree;
-    tree.prepare(world.topology.triangles, world.topology.bodies[1].triangles, world.frame.position);
-    for (Index v = 0; v < world.topology.vertex_count; ++v) {
-        for (int axis = 0; axis < 3; ++axis) world.frame.position(axis, v) += 0.1 * uniform(random);
-    }
-    tree.refit(world.topology.triangles, world.frame.position);
-    for (int i = 0; i < 300; ++i) {
-        const Vector3 p = test::random_vector(uniform, random);
-        EXPECT_EQ(tree.distance(world.topology.triangles, world.frame.position, p),
-                  distance_one_by_one(world, world.topology.bodies[1].triangles, p));
-    }
-}
-
-TEST(SurfaceDistance, PreparedAnewItIsOfTheNewTrianglesAlone) {
-    World world(sphere(0.01, 6), torus(0.03, 0.01, 12, 8), true);
-    world.place({0.1, 0.0, 0.0});
-    std::mt19937_64 random(6);
-    std::uniform_real_distribution<double> uniform(-0.06, 0.06);
-    SurfaceDistance tree;
-    for (const std::size_t body : {0, 1, 0}) {
+    for (const std::size_t body : {0, 1, 0, 1}) {
         const Range range = world.topology.bodies[body].triangles;
         tree.prepare(world.topology.triangles, range, world.frame.position);
-        for (int i = 0; i < 20; ++i) {
-            const Vector3 p = test::random_vector(uniform, random);
-            EXPECT_DOUBLE_EQ(tree.distance(world.topology.triangles, world.frame.position, p),
-                             distance_one_by_one(world, range, p))
-                << body;
+        for (const bool moved : {false, true}) {
+            if (moved) {
+                for (Index v = 0; v < world.topology.vertex_count; ++v) {
+                    world.frame.position.col(v) += 0.1 * test::random_vector(uniform, random);
+                }
+                tree.refit(world.topology.triangles, world.frame.position);
+            }
+            for (int i = 0; i < 100; ++i) {
+                const Vector3 p = test::random_vector(uniform, random);
+                EXPECT_EQ(tree.distance(world.topology.triangles, world.frame.position, p),
+                          distance_one_by_one(world, range, p));
+            }
         }
     }
 }
 
 TEST(SurfaceDistance, OfTrianglesAtOnePlaceIsThatOfOne) {
     Shape copies;
-    for (Index i = 0; i < 8; ++i) {
-        copies.vertices.emplace_back(0.0, 0.0, 1.0);
-        copies.vertices.emplace_back(3.0, 0.0, 1.0);
-        copies.vertices.emplace_back(0.0, 4.0, 1.0);
-        copies.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-    }
+    for (int i = 0; i < 8; ++i) copies.add(test::triangle({0, 0, 1}, {3, 0, 1}, {0, 4, 1}));
     World world(points_only({}), copies, false);
     SurfaceDistance tree;
     tree.prepare(world.topology.triangles, world.topology.bodies[1].triangles, world.frame.position);

@@ -18,10 +18,8 @@ struct Stack {
     Topology topology;
     Frame frame;
     explicit Stack(BodyKind above = BodyKind::instrument, BodyKind far = BodyKind::instrument) {
-        topology = make_topology(
-            {{.name = "tool", .kind = above, .vertex_count = 3, .triangles = test::one_triangle},
-             {.name = "other", .kind = far, .vertex_count = 3, .triangles = test::one_triangle},
-             {.name = "tissue", .kind = BodyKind::tissue, .vertex_count = 3, .triangles = test::one_triangle}});
+        topology = make_topology({test::triangle_body("tool", above), test::triangle_body("other", far),
+                                  test::triangle_body("tissue", BodyKind::tissue)});
         frame.position.resize(3, 9);
         for (Index body = 0; body < 3; ++body) {
             frame.position.middleCols(3 * body, 3) << 0, 0.01, 0, 0, 0, 0.01, 0, 0, 0;

@@ -59,22 +59,6 @@ TriangleMesh lattice_triangles(std::mt19937_64& random, Index count) {
     return {points, faces};
 }
 
-/// Needles that lie anywhere.
-TriangleMesh needles(std::mt19937_64& random, Index count) {
-    std::uniform_real_distribution<double> place(-1.0, 1.0);
-    std::vector<Vector3> points;
-    Faces faces;
-    const Vector3 along = test::random_vector(place, random).normalized();
-    for (Index i = 0; i < count; ++i) {
-        const Vector3 p = test::random_vector(place, random);
-        const Vector3 aside = 1e-3 * test::random_vector(place, random);
-        const auto first = static_cast<Index>(points.size());
-        points.insert(points.end(), {p, p + 2.0 * along, p + 2.0 * along + aside});
-        faces.push_back({first, first + 1, first + 2});
-    }
-    return {points, faces};
-}
-
 void turn(TriangleMesh& surface, const Vector3& axis, double angle) {
     surface.position = (Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix() * surface.position).eval();
 }
@@ -84,7 +68,7 @@ std::vector<TriangleMesh> all_kinds(std::mt19937_64& random) {
                                     shaft(2, 60, 0.1),
                                     discs(20, 7),
                                     polygon(200),
-                                    needles(random, 150),
+                                    test::needles_and_faces(random, 150),
                                     lattice_triangles(random, 30),
                                     lattice_triangles(random, 200),
                                     lattice_triangles(random, 3)};

@@ -1,10 +1,11 @@
-// The gap functions of the reference solver against dense sampling and closed forms.
+// The gap functions of the reference solver against the distance of triangles, dense sampling and closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 #include <vector>
 
+#include "geometry/triangle_distance.hpp"
 #include "measure/surface_distance.hpp"
 #include "reference/closest_points.hpp"
 #include "reference/signed_distance.hpp"
@@ -24,33 +25,17 @@ std::array<Vector3, 4> random_points(std::mt19937& random) {
     return points;
 }
 
-/// Smallest distance by sampling both features finely.
-double sampled_distance(FeaturePair::Kind kind, const std::array<Vector3, 4>& p) {
-    constexpr int n = 60;
-    double least = std::numeric_limits<double>::infinity();
-    for (int i = 0; i <= n; ++i) {
-        for (int j = 0; j <= n; ++j) {
-            const double s = static_cast<double>(i) / n;
-            const double t = static_cast<double>(j) / n;
-            if (kind == FeaturePair::Kind::edge_edge) {
-                least = std::min(least, ((1 - s) * p[0] + s * p[1] - (1 - t) * p[2] - t * p[3]).norm());
-            } else if (s + t <= 1.0 + 1e-12) {
-                least = std::min(least, (p[0] - (1 - s - t) * p[1] - s * p[2] - t * p[3]).norm());
-            }
-        }
-    }
-    return least;
-}
-
 TEST(ClosestPoints, DistanceIsTheSmallestOverBothFeatures) {
     std::mt19937 random(7);
     for (const auto kind : {FeaturePair::Kind::vertex_face, FeaturePair::Kind::edge_edge}) {
         for (int i = 0; i < tries; ++i) {
-            const auto points = random_points(random);
-            const double found = distance_of({kind, {0, 1, 2, 3}}, points).distance;
-            const double sampled = sampled_distance(kind, points);
-            EXPECT_LE(found, sampled + 1e-12);
-            EXPECT_NEAR(found, sampled, 0.05);
+            const auto p = random_points(random);
+            const double found = distance_of({kind, {0, 1, 2, 3}}, p).distance;
+            // Second derivation: the point and the edges as triangles without area.
+            const TriangleDistance expected = kind == FeaturePair::Kind::edge_edge
+                                                  ? triangle_distance({p[0], p[1], p[1]}, {p[2], p[3], p[3]})
+                                                  : triangle_distance({p[0], p[0], p[0]}, {p[1], p[2], p[3]});
+            EXPECT_NEAR(found, std::sqrt(expected.squared_distance), 1e-12);
         }
     }
 }
@@ -200,17 +185,12 @@ TEST(SignedDistance, ToARoofKnowsItsRidgeFromItsRim) {
 }
 
 TEST(SignedDistance, ToTrianglesAtOnePlaceIsThatToOne) {
-    constexpr int copies = 8;
-    Matrix3X x(3, 3 * copies);
-    Triangles triangles(3, copies);
-    for (int i = 0; i < copies; ++i) {
-        x.col(3 * i) = Vector3(0.0, 0.0, 1.0);
-        x.col(3 * i + 1) = Vector3(3.0, 0.0, 1.0);
-        x.col(3 * i + 2) = Vector3(0.0, 4.0, 1.0);
-        triangles.col(i) << 3 * i, 3 * i + 1, 3 * i + 2;
-    }
+    test::Shape copies;
+    for (int i = 0; i < 8; ++i) copies.add(test::triangle({0, 0, 1}, {3, 0, 1}, {0, 4, 1}));
+    const Matrix3X x = test::matrix_of(copies.vertices);
+    const Triangles triangles = test::matrix_of(copies.triangles);
     SignedDistance surface;
-    surface.prepare(triangles, {0, copies}, x);
+    surface.prepare(triangles, {0, 8}, x);
     EXPECT_NEAR(surface.nearest(triangles, x, {1.0, 1.0, 3.0}).signed_distance, 2.0, 1e-12);
     EXPECT_NEAR(surface.nearest(triangles, x, {1.0, 1.0, -3.0}).signed_distance, -4.0, 1e-12);
 }

@@ -7,7 +7,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "support/meshes.hpp"
+#include "support/shapes.hpp"
 
 namespace trocar {
 namespace {
@@ -18,16 +18,13 @@ constexpr double area = 0.5 * side * side;
 
 /// Two triangles, one 1 mm above the other and as large; the upper is tissue, the lower of the kind given.
 Scene two_triangles(BodyKind lower, const ContactLaw& law) {
+    const test::Shape triangle = test::triangle({0, 0, 0}, {side, 0, 0}, {0, side, 0});
+    const test::World world = test::make_world(
+        "two", {{.kind = BodyKind::tissue, .shape = test::Shape(triangle).move({0, 0, 0.001}), .closed = false},
+                {.kind = lower, .shape = triangle, .closed = false}});
     Scene scene;
-    scene.topology = make_topology(
-        {Body{.name = "upper",
-              .kind = BodyKind::tissue,
-              .closed = false,
-              .vertex_count = 3,
-              .triangles = test::one_triangle},
-         Body{.name = "lower", .kind = lower, .closed = false, .vertex_count = 3, .triangles = test::one_triangle}});
-    scene.first.position.resize(3, 6);
-    scene.first.position << 0, side, 0, 0, side, 0, 0, 0, side, 0, 0, side, 0.001, 0.001, 0.001, 0, 0, 0;
+    scene.topology = world.topology;
+    scene.first.position = world.frame.position;
     scene.materials.contact_laws.assign(scene.topology.body_pairs.size(), law);
     return scene;
 }
@@ -93,15 +90,11 @@ TEST(ElasticFoundation, TooDeepIsMoreThanThreeQuartersOfTheLargestDepthInside) {
     constexpr double height = 3.0 / 64.0;
     constexpr double width = 2.0 * height;
     Scene scene;
-    scene.topology = make_topology({Body{.name = "film",
-                                         .kind = BodyKind::tissue,
-                                         .closed = false,
-                                         .vertex_count = 3,
-                                         .triangles = test::one_triangle},
-                                    Body{.name = "block",
-                                         .kind = BodyKind::instrument,
-                                         .vertex_count = 8,
-                                         .triangles = test::matrix_of(test::cube_faces)}});
+    scene.topology = make_topology(
+        {test::triangle_body("film", BodyKind::tissue, false), Body{.name = "block",
+                                                                    .kind = BodyKind::instrument,
+                                                                    .vertex_count = 8,
+                                                                    .triangles = test::matrix_of(test::cube_faces)}});
     scene.materials.contact_laws.assign(scene.topology.body_pairs.size(), {.k = 100.0, .mu = 1.0});
     Matrix3X& x = scene.first.position;
     x.resize(3, 11);

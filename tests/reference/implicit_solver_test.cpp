@@ -12,7 +12,7 @@
 #include "simulate/overrides.hpp"
 #include "support/energy.hpp"
 #include "support/materials.hpp"
-#include "support/meshes.hpp"
+#include "support/shapes.hpp"
 #include "support/tissue_samples.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -21,27 +21,25 @@ namespace {
 
 /// One body of a scene made in memory.
 struct Piece {
-    Body body;
-    Matrix3X local;
-    std::optional<Motion> motion;
+    test::Part part;
+    std::optional<Motion> motion = {};
 };
 
 Scene make_scene(const std::vector<Piece>& pieces, double k, double mu) {
+    std::vector<test::Part> parts;
+    parts.reserve(pieces.size());
+    for (const Piece& piece : pieces) parts.push_back(piece.part);
+    const test::World world = test::make_world("pieces", parts);
     Scene scene;
-    std::vector<Body> bodies;
-    Index vertices = 0;
-    for (const Piece& piece : pieces) {
-        bodies.push_back(piece.body);
-        vertices += piece.body.vertex_count;
-    }
-    scene.topology = make_topology(bodies);
-    scene.first.position.resize(3, vertices);
+    scene.topology = world.topology;
+    scene.first.position = world.frame.position;
     for (std::size_t b = 0; b < pieces.size(); ++b) {
+        const Range vertices = scene.topology.bodies[b].vertices;
         SceneBody body;
-        body.local = pieces[b].local;
+        body.local = world.frame.position.middleCols(vertices.first, vertices.count);
         body.motion = pieces[b].motion;
         const Pose pose = body.motion ? body.motion->pose_at(0.0) : Pose{};
-        place_body(body, scene.topology.bodies[b].vertices, pose, scene.first.position);
+        place_body(body, vertices, pose, scene.first.position);
         scene.bodies.push_back(body);
     }
     scene.materials = test::empty_materials(scene.topology);
@@ -58,25 +56,15 @@ Motion moving(const Vector3& from, const Vector3& to, double end) {
 
 /// A large flat square in the plane z = 0 of its own frame, facing down (the way it is pushed).
 Piece plate(double half, const std::optional<Motion>& motion) {
-    Piece piece;
-    piece.body = {.name = "plate", .kind = BodyKind::instrument, .closed = false, .vertex_count = 4};
-    piece.body.triangles.resize(3, 2);
-    piece.body.triangles << 0, 0, 2, 3, 1, 2;
-    piece.local.resize(3, 4);
-    piece.local << -half, half, half, -half, -half, -half, half, half, 0, 0, 0, 0;
-    piece.motion = motion;
-    return piece;
+    const test::Shape square = test::rectangle({-half, -half, 0.0}, {0.0, 2 * half, 0.0}, {2 * half, 0.0, 0.0}, 1);
+    return {{.kind = BodyKind::instrument, .shape = square, .closed = false}, motion};
 }
 
 /// Tissue of one loose triangle whose three corners each hang on a spring from a pinned vertex straight above.
 Piece sprung_triangle() {
-    Piece piece;
-    piece.body = {.name = "tissue", .kind = BodyKind::tissue, .closed = false, .vertex_count = 6};
-    piece.body.triangles.resize(3, 1);
-    piece.body.triangles << 0, 1, 2;
-    piece.local.resize(3, 6);
-    piece.local << 0, 0.01, 0, 0, 0.01, 0, 0, 0, 0.01, 0, 0, 0.01, 0, 0, 0, 0.02, 0.02, 0.02;
-    return piece;
+    const test::Shape corners{{{0, 0, 0}, {0.01, 0, 0}, {0, 0.01, 0}, {0, 0, 0.02}, {0.01, 0, 0.02}, {0, 0.01, 0.02}},
+                              {{0, 1, 2}}};
+    return {{.kind = BodyKind::tissue, .shape = corners, .closed = false}};
 }
 
 Scene plate_on_springs(double press, double k_spring, double preload, double end, double k, double mu) {
@@ -167,34 +155,29 @@ Scene needle_over_disc(double preload, double depth, double end) {
     const double k = 100.0;
     const double radius = 0.05;
     const test::TissueSample disc = test::make_disc(radius, edge, k, preload, 7e-5);
-    Piece tissue;
-    tissue.local = disc.frame.position;
-    tissue.body = {.name = "disc",
-                   .kind = BodyKind::tissue,
-                   .closed = false,
-                   .vertex_count = static_cast<Index>(disc.frame.position.cols())};
-    test::Faces triangles;
-    const auto near = [&](Index i, Index j) { return (tissue.local.col(i) - tissue.local.col(j)).norm() < 1.1 * edge; };
-    for (Index i = 0; i < tissue.body.vertex_count; ++i) {
-        for (Index j = i + 1; j < tissue.body.vertex_count; ++j) {
-            for (Index l = j + 1; near(i, j) && l < tissue.body.vertex_count; ++l) {
+    test::Shape tissue;
+    for (const auto& vertex : disc.frame.position.colwise()) tissue.vertices.emplace_back(vertex);
+    const auto side = [&](Index from, Index to) {
+        return Vector3(disc.frame.position.col(to) - disc.frame.position.col(from));
+    };
+    const auto near = [&](Index i, Index j) { return side(i, j).norm() < 1.1 * edge; };
+    const auto count = static_cast<Index>(tissue.vertices.size());
+    for (Index i = 0; i < count; ++i) {
+        for (Index j = i + 1; j < count; ++j) {
+            for (Index l = j + 1; near(i, j) && l < count; ++l) {
                 if (!near(i, l) || !near(j, l)) continue;
-                const double turn =
-                    (tissue.local.col(j) - tissue.local.col(i)).cross(tissue.local.col(l) - tissue.local.col(i)).z();
-                triangles.push_back(turn > 0.0 ? std::array{i, j, l} : std::array{i, l, j});
+                const double turn = side(i, j).cross(side(i, l)).z();
+                tissue.triangles.push_back(turn > 0.0 ? std::array{i, j, l} : std::array{i, l, j});
             }
         }
     }
-    tissue.body.triangles = test::matrix_of(triangles);
-    Piece needle;
-    needle.body = {.name = "needle", .kind = BodyKind::instrument, .vertex_count = 5};
-    needle.body.triangles.resize(3, 6);
-    needle.body.triangles << 0, 0, 0, 0, 1, 1, 2, 3, 4, 1, 3, 4, 1, 2, 3, 4, 2, 3;
     // A flat-based pyramid whose point is below.
-    needle.local.resize(3, 5);
-    needle.local << 0, 0.002, 0, -0.002, 0, 0, 0, 0.002, 0, -0.002, 0, 0.02, 0.02, 0.02, 0.02;
-    needle.motion = moving({0, 0, 0.0005}, {0, 0, -depth}, end);
-    Scene scene = make_scene({needle, tissue}, 100.0, 0.0);
+    const test::Shape needle{{{0, 0, 0}, {0.002, 0, 0.02}, {0, 0.002, 0.02}, {-0.002, 0, 0.02}, {0, -0.002, 0.02}},
+                             {{0, 2, 1}, {0, 3, 2}, {0, 4, 3}, {0, 1, 4}, {1, 3, 2}, {1, 4, 3}}};
+    Scene scene =
+        make_scene({{{.kind = BodyKind::instrument, .shape = needle}, moving({0, 0, 0.0005}, {0, 0, -depth}, end)},
+                    {{.kind = BodyKind::tissue, .shape = tissue, .closed = false}}},
+                   100.0, 0.0);
     for (const Spring& spring : disc.materials.springs) {
         scene.materials.springs.push_back({.i = 5 + spring.i,
                                            .j = 5 + spring.j,
@@ -291,11 +274,10 @@ TEST(ImplicitSolver, OperatorAgainstAHardPlateRestsWhereVirtualCouplingAndContac
     // rest.
     Motion motion = moving({0, 0, 0.001}, {0, 0, -0.002}, 0.05);
     motion.drive = Drive::simulated_operator;
-    Piece driven = plate(0.003, motion);
-    driven.body.name = "led";
+    const Piece driven = plate(0.003, motion);
     Piece fixed = plate(0.05, std::nullopt);
-    fixed.body.kind = BodyKind::rigid;
-    fixed.local.row(0).array() += 0.0007;
+    fixed.part.kind = BodyKind::rigid;
+    fixed.part.shape.move({0.0007, 0.0, 0.0});
     Scene scene = make_scene({driven, fixed}, 1000.0, 2.0);
     ImplicitSolver solver(scene, {.time_step = 0.002, .rest_gap = 1e-5});
     for (int i = 0; i < 400; ++i) ASSERT_TRUE(solver.step()) << solver.message();

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <random>
 #include <set>
 
 #include "geometry/orientation.hpp"
-#include "respond/common.hpp"
 #include "respond/intersection_regions.hpp"
 #include "support/closed_loop.hpp"
 

@@ -29,11 +29,7 @@ struct Bone {
     std::vector<Index> all;
 
     explicit Bone(const Shape& mesh, bool closed = true) : position(test::matrix_of(mesh.vertices)) {
-        topology = make_topology({Body{.name = "bone",
-                                       .kind = BodyKind::rigid,
-                                       .closed = closed,
-                                       .vertex_count = static_cast<Index>(mesh.vertices.size()),
-                                       .triangles = test::matrix_of(mesh.triangles)}});
+        topology = test::make_world("bone", {{.kind = BodyKind::rigid, .shape = mesh, .closed = closed}}).topology;
         all.resize(mesh.triangles.size());
         std::iota(all.begin(), all.end(), 0);
         object.prepare(r);
@@ -54,46 +50,24 @@ struct Bone {
     }
 };
 
-/// Rectangle from `corner` along u and v, n × n squares, normal u × v.
-void add_rectangle(Shape& mesh, const Vector3& corner, const Vector3& u, const Vector3& v, int n) {
-    const auto first = static_cast<Index>(mesh.vertices.size());
-    for (int i = 0; i <= n; ++i) {
-        for (int j = 0; j <= n; ++j) mesh.vertices.emplace_back(corner + i * u / n + j * v / n);
-    }
-    const auto at = [&](int i, int j) { return static_cast<Index>(first + i * (n + 1) + j); };
-    for (int i = 0; i < n; ++i) {
-        for (int j = 0; j < n; ++j) {
-            mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-            mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-        }
-    }
-}
-
-Shape floor_mesh(int n) {
-    Shape mesh;
-    add_rectangle(mesh, Vector3(-0.05, -0.05, 0.0), Vector3(0.1, 0, 0), Vector3(0, 0.1, 0), n);
-    return mesh;
-}
-
 /// Closed box between two corners; faces share positions, not vertex numbers.
 Shape box_mesh(const Vector3& low, const Vector3& high, int n) {
-    Shape mesh;
     const Vector3 e = high - low;
     const Vector3 x(e.x(), 0, 0);
     const Vector3 y(0, e.y(), 0);
     const Vector3 z(0, 0, e.z());
-    add_rectangle(mesh, low, y, x, n);
-    add_rectangle(mesh, low + z, x, y, n);
-    add_rectangle(mesh, low, x, z, n);
-    add_rectangle(mesh, low + y, z, x, n);
-    add_rectangle(mesh, low, z, y, n);
-    add_rectangle(mesh, low + x, y, z, n);
+    using test::rectangle;
+    Shape mesh = rectangle(low, y, x, n);
+    for (const Shape& side : {rectangle(low + z, x, y, n), rectangle(low, x, z, n), rectangle(low + y, z, x, n),
+                              rectangle(low, z, y, n), rectangle(low + x, y, z, n)}) {
+        mesh.add(side);
+    }
     return mesh;
 }
 
 TEST(GodObject, FollowsFreelyAndRestsOnAPlaneUnderTheDevice) {
     for (const int n : {1, 7, 40}) {
-        Bone bone(floor_mesh(n), false);
+        Bone bone(test::sheet(0.1, n), false);
         EXPECT_EQ(bone.follow(Vector3(0.001, 0.002, 0.01)), Vector3(0.001, 0.002, 0.01));
         EXPECT_EQ(bone.object.active_planes(), 0);
         for (const double depth : {0.0001, 0.003, 0.02}) {
@@ -109,7 +83,7 @@ TEST(GodObject, SlidesOverSharedEdgesAndVerticesWithoutCatching) {
     // Straight along a row of vertices and along a diagonal, deep under the floor: right above the device in every
     // tick.
     for (const Vector3& path : {Vector3(1e-4, 0, 0), Vector3(1e-4, 1e-4, 0), Vector3(0.97e-4, 0.31e-4, 0)}) {
-        Bone bone(floor_mesh(20), false);
+        Bone bone(test::sheet(0.1, 20), false);
         Vector3 device(-0.04, -0.04, 0.01);
         bone.follow(device);
         device.z() = -0.004;
@@ -122,10 +96,10 @@ TEST(GodObject, SlidesOverSharedEdgesAndVerticesWithoutCatching) {
 }
 
 TEST(GodObject, RestsInAConcaveEdgeAndInACorner) {
-    Shape corner = floor_mesh(9);
-    add_rectangle(corner, Vector3(-0.05, -0.05, 0), Vector3(0, 0.1, 0), Vector3(0, 0, 0.1), 9);
+    Shape corner = test::sheet(0.1, 9);
+    corner.add(test::rectangle(Vector3(-0.05, -0.05, 0), Vector3(0, 0.1, 0), Vector3(0, 0, 0.1), 9));
     Bone two(corner, false);
-    add_rectangle(corner, Vector3(-0.05, -0.05, 0), Vector3(0, 0, 0.1), Vector3(0.1, 0, 0), 9);
+    corner.add(test::rectangle(Vector3(-0.05, -0.05, 0), Vector3(0, 0, 0.1), Vector3(0.1, 0, 0), 9));
     Bone three(corner, false);
     const Vector3 start(-0.03, -0.03, 0.02);
     const Vector3 device(-0.053, -0.052, -0.004);
@@ -148,9 +122,9 @@ TEST(GodObject, RestsInAConcaveEdgeAndInACorner) {
         EXPECT_EQ(three.object.active_planes(), 3);
     }
     // An oblique wall: the device's point mirrored out of both planes by hand. Wall through the y axis, inclined 30°.
-    Shape valley = floor_mesh(8);
+    Shape valley = test::sheet(0.1, 8);
     const Vector3 slope(std::cos(std::numbers::pi / 6), 0.0, std::sin(std::numbers::pi / 6));
-    add_rectangle(valley, Vector3(0, -0.05, 0), 0.05 * slope, Vector3(0, 0.1, 0), 8);
+    valley.add(test::rectangle(Vector3(0, -0.05, 0), 0.05 * slope, Vector3(0, 0.1, 0), 8));
     Bone oblique(valley, false);
     oblique.follow(Vector3(-0.004, 0.0, 0.008));
     const Vector3 proxy = oblique.follow(Vector3(0.003, 0.001, -0.008));
@@ -216,17 +190,9 @@ TEST(GodObject, StartsOutsideABodyThatTheDeviceStartsIn) {
     EXPECT_LT((proxy - Vector3(0.001, 0.002, r)).norm(), 1e-9);
 }
 
-TEST(GodObject, StartsWithinItsRadiusOfADeviceThatIsExactlyOnTheSurface) {
+TEST(GodObject, LeavesASurfaceOnWhichTheDeviceStarted) {
     // Powers of two, so that the point of the face that is nearest to the device is the device itself: no way out has a
     // direction.
-    constexpr double half = 1.0 / 64.0;
-    Bone bone(box_mesh(Vector3(-half, -half, -half), Vector3(half, half, 0.0), 1));
-    const Vector3 device(half / 4.0, -half / 2.0, 0.0);
-    ASSERT_EQ(bone.distance(device), 0.0);
-    EXPECT_LE((bone.follow(device) - device).norm(), r * (1.0 + 1e-9));
-}
-
-TEST(GodObject, LeavesASurfaceOnWhichTheDeviceStarted) {
     constexpr double half = 1.0 / 64.0;
     for (const bool closed : {true, false}) {
         // Half a rounding step beside the face, too, the way out is that of its front and not that of rounding.
@@ -254,7 +220,7 @@ TEST(GodObject, IsNeverInsideOnRandomWalksThatAimAtEdgesAndVertices) {
         bone.follow(device);
         int inside = 0;
         int held = 0;
-        for (int tick = 0; tick < 4000; ++tick) {
+        for (int tick = 0; tick < 6000; ++tick) {
             if (tick % 20 == 0) {
                 // Jump beyond a vertex or an edge's middle, straight through it as seen from the proxy.
                 const auto t = static_cast<std::size_t>(generator() % mesh.triangles.size());

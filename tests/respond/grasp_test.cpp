@@ -88,11 +88,7 @@ struct Bench {
         jaws.col(1) << 3, 4, 5;
         topology =
             make_topology({Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 6, .triangles = jaws},
-                           Body{.name = "tissue",
-                                .kind = BodyKind::tissue,
-                                .closed = false,
-                                .vertex_count = 3,
-                                .triangles = test::one_triangle}});
+                           test::triangle_body("tissue", BodyKind::tissue, false)});
         frame.position = jaws_over_tissue(rest);
         frame.previous = frame.position;
         frame.velocity = Matrix3X::Zero(3, 9);
@@ -260,21 +256,10 @@ TEST(Grasp, OneJawIsEnoughForTheThesisAndNotForTheCorrection) {
 TEST(Grasp, JawsThatAreBodiesOfOneInstrumentCloseTogetherAndThoseOfTwoDoNot) {
     // One jaw above and one below a tissue corner; both jaws must touch it.
     for (const bool is_one : {true, false}) {
-        const Topology topology = make_topology({Body{.name = "upper",
-                                                      .kind = BodyKind::instrument,
-                                                      .instrument = "grasper",
-                                                      .vertex_count = 3,
-                                                      .triangles = test::one_triangle},
-                                                 Body{.name = "lower",
-                                                      .kind = BodyKind::instrument,
-                                                      .instrument = is_one ? "grasper" : "hook",
-                                                      .vertex_count = 3,
-                                                      .triangles = test::one_triangle},
-                                                 Body{.name = "tissue",
-                                                      .kind = BodyKind::tissue,
-                                                      .closed = false,
-                                                      .vertex_count = 3,
-                                                      .triangles = test::one_triangle}});
+        const Topology topology =
+            make_topology({test::triangle_body("upper", BodyKind::instrument, true, "grasper"),
+                           test::triangle_body("lower", BodyKind::instrument, true, is_one ? "grasper" : "hook"),
+                           test::triangle_body("tissue", BodyKind::tissue, false)});
         Materials materials = test::empty_materials(topology);
         materials.mass.assign(9, 1e-4);
         Frame frame;
@@ -306,12 +291,7 @@ TEST(Grasp, TakesWhatTouchesTheJawsWithinTheirCylinderByEveryKindOfContact) {
     const Vector3 tip(0.4, -0.7, 0.9);
     const Vector3 axis(0.6, 0.0, 0.8);
     const Topology topology = make_topology(
-        {Body{.name = "tool", .kind = BodyKind::instrument, .vertex_count = 3, .triangles = test::one_triangle},
-         Body{.name = "tissue",
-              .kind = BodyKind::tissue,
-              .closed = false,
-              .vertex_count = 3,
-              .triangles = test::one_triangle}});
+        {test::triangle_body("tool", BodyKind::instrument), test::triangle_body("tissue", BodyKind::tissue, false)});
     Materials materials = test::empty_materials(topology);
     materials.springs = {{.i = 3, .j = 4, .rest = 0.01, .k = 100.0}};
     materials.mass.assign(6, 1e-4);

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <functional>
+#include <numbers>
 #include <random>
 #include <set>
 
 #include "contact/derive.hpp"
-#include "respond/common.hpp"
 #include "support/closed_loop.hpp"
 #include "support/known_gap.hpp"
 #include "support/random_vectors.hpp"
@@ -29,14 +29,6 @@ using test::PairSample;
 using test::Shape;
 using test::vertex_of_a_in_b;
 using test::vertex_of_b_in_a;
-
-Vector3 blend(const std::array<Index, 3>& vertices, const std::array<double, 3>& weights, const Matrix3X& of) {
-    Vector3 sum = Vector3::Zero();
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (vertices[i] >= 0) sum += weights[i] * of.col(vertices[i]);
-    }
-    return sum;
-}
 
 struct Posed {
     const char* name;
@@ -59,7 +51,7 @@ const std::array<Posed, 10> posed{{{"I2I vertex of b", vertex_of_b_in_a, BodyKin
 /// Force of a contact on the tissue vertices that it pushes at the frame the response saw, N, by ContactForceLaw's
 /// definition: at the end of the tick (1 ms) that begins with its gap and in which the script alone moves.
 Vector3 force_on_pushed(const ContactForceLaw& contact, const Frame& frame) {
-    const double speed = blend(contact.vertices, contact.weights, frame.velocity).dot(contact.normal);
+    const double speed = test::blend(contact.vertices, contact.weights, frame.velocity).dot(contact.normal);
     const double gap = contact.gap - contact.face_velocity * 1e-3;
     const double force = -contact.k * gap - contact.mu * (speed - contact.face_velocity);
     return (contact.adhesive ? force : std::max(force, 0.0)) * contact.normal;
@@ -107,9 +99,9 @@ TEST(ActionAndReaction, WhatTheToolShowsIsTheOppositeOfWhatTheOtherBodyTakes) {
 double damper_power(const PairSample& s, double& most) {
     double power = 0.0;
     for (const ContactForceLaw& contact : s.output.contacts) {
-        const Vector3 pushed = blend(contact.vertices, contact.weights, s.frame.velocity);
+        const Vector3 pushed = test::blend(contact.vertices, contact.weights, s.frame.velocity);
         const bool a_is_pushed = contact.vertices[0] < 3;
-        const Vector3 point = blend(contact.vertices, contact.weights, s.frame.position);
+        const Vector3 point = test::blend(contact.vertices, contact.weights, s.frame.position);
         const Corners other = corners_of(s.topology.triangles, s.frame.position, a_is_pushed ? 1 : 0);
         const Vector3 w = closest_point_on_triangle(other, point);
         Vector3 other_velocity = Vector3::Zero();
@@ -345,19 +337,16 @@ TEST(Continuity, GapCorrectedForceTurnsOverARidgeAndGrowsInAValleyWithoutAJump) 
 /// Sum of the contact stiffness, N/m, between a flat plate 0.5 mm below a sheet's plane and the sheet, with the
 /// plate's cells of the given number.
 double total_stiffness(const std::string& method, int cells) {
-    Shape plate = make_sheet(cells, 0.012 / cells);  // its vertices enter the sheet's faces from above
+    // Upside down: the vertices of its first 2 n² triangles enter the sheet's faces from above.
+    Shape plate = test::slab(0.012, 0.01, cells).rotate(Vector3::UnitX(), std::numbers::pi);
     for (Vector3& p : plate.vertices)
         p += Vector3(0.0011, 0.0007, -0.0005 + 1e-5 * std::sin(900.0 * p.x() + 700.0 * p.y()));
-    for (auto& t : plate.triangles) std::swap(t[1], t[2]);
-    // Walls up from the plate's rim make it cross the sheet.
-    Shape tool = plate;
-    test::add_walls(tool, Vector3(0, 0, 0.01));
-    ClosedLoop loop({LoopBody{.name = "plate", .kind = BodyKind::instrument, .closed = false, .mesh = tool},
+    ClosedLoop loop({LoopBody{.name = "plate", .kind = BodyKind::instrument, .mesh = plate},
                      LoopBody{.name = "sheet", .kind = BodyKind::tissue, .closed = false, .mesh = make_sheet(8, 0.01)}},
                     method);
     // All pairs of a plate triangle and the sheet triangle above it, each with the plate's deepest vertex in the face.
     ContactSet contacts;
-    for (Index t = 0; t < static_cast<Index>(plate.triangles.size()); ++t) {
+    for (Index t = 0; t < 2 * cells * cells; ++t) {
         const Vector3 x = loop.frame.position.col(loop.topology.triangles(0, t));
         const Range sheet = loop.topology.bodies[1].triangles;
         for (Index face = sheet.first; face < sheet.end(); ++face) {
@@ -394,17 +383,7 @@ TEST(Refinement, TotalStiffnessStaysInCorrectedAndGrowsFourfoldInFaithful) {
 }
 
 // ------------------------------------------------------------ every parameter
-/// Force on body `body` of a posed pair after `prepare`.
-std::function<double(const std::string&)> tip(PairSample (*make)(BodyKind, BodyKind), BodyKind a, BodyKind b,
-                                              const std::function<void(PairSample&)>& prepare, Index body) {
-    return [=](const std::string& method) {
-        PairSample s = make(a, b);
-        prepare(s);
-        s.respond(method);
-        return s.shown_force(body).norm();
-    };
-}
-
+/// Something about a posed pair after `prepare`.
 std::function<double(const std::string&)> measured(PairSample (*make)(BodyKind, BodyKind), BodyKind a, BodyKind b,
                                                    const std::function<void(PairSample&)>& prepare,
                                                    const std::function<double(const PairSample&)>& measure) {
@@ -414,6 +393,11 @@ std::function<double(const std::string&)> measured(PairSample (*make)(BodyKind, 
         s.respond(method);
         return measure(s);
     };
+}
+/// Force on body `body`.
+std::function<double(const std::string&)> tip(PairSample (*make)(BodyKind, BodyKind), BodyKind a, BodyKind b,
+                                              const std::function<void(PairSample&)>& prepare, Index body) {
+    return measured(make, a, b, prepare, [body](const PairSample& s) { return s.shown_force(body).norm(); });
 }
 
 /// Something about the last of `ticks` ticks of a needle driven 6 mm into a wavy sheet.

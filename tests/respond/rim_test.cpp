@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <string>
+#include <numbers>
 
 #include "measure/depth_truth.hpp"
 #include "support/closed_loop.hpp"

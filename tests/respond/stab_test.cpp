@@ -17,7 +17,6 @@ namespace {
 
 using test::ClosedLoop;
 using test::make_box;
-using test::make_plate;
 using test::make_shaft;
 using test::make_sheet;
 using test::Shape;
@@ -153,7 +152,7 @@ TEST(UnilateralStab, GapNeedleThroughAThinBodyWithNoVertexInsideIsNotIgnored) {
                 [](double) -> Vector3 {
                     return {0.0011, 0.0007, -0.0065};
                 },
-                make_plate(6, 0.006, 0.003), "unilateral", true);
+                test::slab(0.036, 0.003, 6), "unilateral", true);
             bool acted = false;
             for (int tick = 0; tick < 5; ++tick) {
                 ASSERT_TRUE(loop.step()) << loop.outcome.message;

@@ -5,7 +5,6 @@
 #include <array>
 #include <vector>
 
-#include "respond/common.hpp"
 #include "respond/contact_reduction.hpp"
 #include "support/response_samples.hpp"
 

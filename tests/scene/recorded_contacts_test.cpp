@@ -3,8 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
-#include <functional>
 
 #include "contact/contact.hpp"
 #include "scene/recording.hpp"

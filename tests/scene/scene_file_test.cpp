@@ -6,14 +6,13 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numbers>
 #include <regex>
 #include <set>
 
 #include "scene/retired_names.hpp"
 #include "scene/scene.hpp"
-#include "support/meshes.hpp"
 #include "support/program.hpp"
+#include "support/shapes.hpp"
 #include "support/text.hpp"
 
 namespace trocar {
@@ -433,65 +432,37 @@ TEST_F(SceneFile, MissingMeshAndMissingDataAreReported) {
 
 TEST_F(SceneFile, ASeamOfVerticesStoredTwiceIsNoHole) {
     // A tetrahedron of four triangles with three vertices of their own each.
-    constexpr std::array<std::array<double, 3>, 4> corner{{{0, 0, 0}, {0.1, 0, 0}, {0, 0.1, 0}, {0, 0, 0.1}}};
-    constexpr std::array<std::array<int, 3>, 4> faces{{{0, 2, 1}, {0, 1, 3}, {0, 3, 2}, {1, 2, 3}}};
-    std::ofstream obj(folder.path() / "shaft.obj");
-    for (const auto& face : faces) {
-        for (const int i : face) {
-            const auto& c = corner.at(static_cast<std::size_t>(i));
-            obj << "v " << c[0] << " " << c[1] << " " << c[2] << "\n";
-        }
-        obj << "f -3 -2 -1\n";
+    const std::array<Vector3, 4> corner{Vector3(0, 0, 0), Vector3(0.1, 0, 0), Vector3(0, 0.1, 0), Vector3(0, 0, 0.1)};
+    test::Shape tetrahedron;
+    for (const auto& [a, b, c] : {std::array{0U, 2U, 1U}, {0U, 1U, 3U}, {0U, 3U, 2U}, {1U, 2U, 3U}}) {
+        tetrahedron.add(test::triangle(corner.at(a), corner.at(b), corner.at(c)));
     }
-    obj.close();
+    write_obj(folder.path() / "shaft.obj", tetrahedron);
     Json document = example();
     document[Pointer("/bodies/1/parts/0")] = {{"mesh", "shaft.obj"}};
     EXPECT_TRUE(read(document).topology.bodies[0].closed);
 }
 
 TEST_F(SceneFile, AClosedMeshMakesAClosedBodyHoweverManyTrianglesItHas) {
-    // Two pyramids on the two sides of one polygon.
     Json document = example();
     document[Pointer("/bodies/0/parts/0/edge")] = 0.02;
     document["bodies"][1].erase("closed");
-    document[Pointer("/bodies/1/parts/0")] = {{"mesh", "pyramids.obj"}};
+    document[Pointer("/bodies/1/parts/0")] = {{"mesh", "prism.obj"}};
     for (int sides = 3; sides < 40; ++sides) {
-        std::ofstream obj(folder.path() / "pyramids.obj");
-        obj << "v 0 0 0.1\nv 0 0 -0.1\n";
-        for (int i = 0; i < sides; ++i) {
-            const double angle = 2.0 * std::numbers::pi * i / sides;
-            obj << "v " << 0.1 * std::cos(angle) << " " << 0.1 * std::sin(angle) << " 0\n";
-        }
-        for (int i = 0; i < sides; ++i) {
-            const int from = 3 + i;
-            const int to = 3 + (i + 1) % sides;
-            obj << "f 1 " << from << " " << to << "\nf 2 " << to << " " << from << "\n";
-        }
-        obj.close();
+        write_obj(folder.path() / "prism.obj", test::shaft(0.1, 0.1, sides, 1));
         EXPECT_TRUE(read(document).topology.bodies[0].closed) << sides;
     }
 }
 
-/// A plate of 100 x 100 x 6 mm as the text of an OBJ file, with the given triangles in place of its own.
-using test::Faces;
-const Faces& plate_faces = test::cube_faces;
-
-std::string plate_obj(const Faces& faces, double low = 0.0, double high = 1.0) {
-    std::string text;
-    for (int i = 0; i < 8; ++i) {
-        const auto at = [&](int bit, double size) { return std::to_string(size * ((i & bit) != 0 ? high : low)); };
-        text += "v " + at(1, 0.1) + " " + at(2, 0.1) + " " + at(4, 0.006) + "\n";
-    }
-    for (const auto& f : faces) {
-        text +=
-            "f " + std::to_string(f[0] - 8) + " " + std::to_string(f[1] - 8) + " " + std::to_string(f[2] - 8) + "\n";
-    }
-    return text;
+/// A plate of 100 x 100 x 6 mm, from and to these parts of its lengths.
+test::Shape plate(double low = 0.0, double high = 1.0) {
+    const Vector3 size(0.1, 0.1, 0.006);
+    return test::box_of(low * size, (high - low) * size);
 }
 
-Faces turned(Faces faces) {
-    for (auto& f : faces) std::swap(f[1], f[2]);
-    return faces;
+test::Shape turned(test::Shape shape) {
+    for (auto& face : shape.triangles) std::swap(face[1], face[2]);
+    return shape;
 }
 
 TEST_F(SceneFile, TissueVerticesWithoutMassAreReported) {
@@ -513,19 +484,19 @@ TEST_F(SceneFile, TissueVerticesWithoutMassAreReported) {
 
 class BoneFile : public SceneFile {
 protected:
-    /// The example with a bone of this OBJ text in place of the sheet.
-    Json with_bone(const std::string& obj) {
-        std::ofstream(folder.path() / "bone.obj") << obj;
+    /// The example with a bone of this shape in place of the sheet.
+    Json with_bone(const test::Shape& bone) {
+        write_obj(folder.path() / "bone.obj", bone);
         Json document = example();
         document["bodies"][0] = Json::parse(R"({"name":"bone","kind":"rigid","parts":[{"mesh":"bone.obj"}]})");
         document["contact"][0]["bodies"][1] = "bone";
         return document;
     }
-    std::string complaint_about_bone(const std::string& obj) { return complaint_about(with_bone(obj).dump()); }
+    std::string complaint_about_bone(const test::Shape& bone) { return complaint_about(with_bone(bone).dump()); }
 };
 
 TEST_F(BoneFile, AClosedMeshInTheRightOrderIsTakenAsItIs) {
-    const Scene scene = read(with_bone(plate_obj(plate_faces)));
+    const Scene scene = read(with_bone(plate()));
     EXPECT_TRUE(scene.topology.bodies[1].closed);
     EXPECT_TRUE(scene.notes.empty());
 }
@@ -535,8 +506,8 @@ TEST_F(BoneFile, AMeshInsideOutIsRefusedWithItsVolume) {
         "/bodies/0/parts/0/mesh: expected closed surfaces with their volume inside, triangles counter-clockwise seen "
         "from outside, got a volume of -6e-05 m³ in the 12 triangles connected with triangle 0: turn all of them round "
         "(trocar mesh FILE --mend OUT.obj), or say \"closed\": false where others are inside it";
-    EXPECT_EQ(complaint_about_bone(plate_obj(turned(plate_faces))), expected);
-    Json document = with_bone(plate_obj(turned(plate_faces)));
+    EXPECT_EQ(complaint_about_bone(turned(plate())), expected);
+    Json document = with_bone(turned(plate()));
     document["bodies"][0]["closed"] = true;
     EXPECT_EQ(complaint_about(document.dump()), expected);
     document["bodies"][0]["closed"] = false;
@@ -545,11 +516,11 @@ TEST_F(BoneFile, AMeshInsideOutIsRefusedWithItsVolume) {
 
 TEST_F(BoneFile, OneTurnedTriangleIsRefusedByItsNumberWhateverTheBodyIs) {
     for (const std::size_t t : {std::size_t{0}, std::size_t{7}}) {
-        Faces faces = plate_faces;
-        std::swap(faces[t][1], faces[t][2]);
+        test::Shape bone = plate();
+        std::swap(bone.triangles[t][1], bone.triangles[t][2]);
         for (const char* kind : {"rigid", "tissue"}) {
             for (const bool closed : {true, false}) {
-                Json document = with_bone(plate_obj(faces));
+                Json document = with_bone(bone);
                 document["bodies"][0]["kind"] = kind;
                 document["bodies"][0]["closed"] = closed;
                 const std::string complaint = complaint_about(document.dump());
@@ -565,13 +536,13 @@ TEST_F(BoneFile, OneTurnedTriangleIsRefusedByItsNumberWhateverTheBodyIs) {
 }
 
 TEST_F(BoneFile, ACavityMayBeInsideOutAndAShellBesideMayNot) {
-    EXPECT_EQ(complaint_about_bone(plate_obj(plate_faces) + plate_obj(turned(plate_faces), 0.2, 0.8)), "");
-    EXPECT_NE(complaint_about_bone(plate_obj(plate_faces) + plate_obj(turned(plate_faces), 1.2, 1.8))
+    EXPECT_EQ(complaint_about_bone(plate().add(turned(plate(0.2, 0.8)))), "");
+    EXPECT_NE(complaint_about_bone(plate().add(turned(plate(1.2, 1.8))))
                   .find("in the 12 triangles connected with triangle 12"),
               std::string::npos);
     // The same as parts of one body.
-    Json document = with_bone(plate_obj(plate_faces));
-    std::ofstream(folder.path() / "hole.obj") << plate_obj(turned(plate_faces), 0.2, 0.8);
+    Json document = with_bone(plate());
+    write_obj(folder.path() / "hole.obj", turned(plate(0.2, 0.8)));
     document["bodies"][0]["parts"].push_back({{"mesh", "hole.obj"}});
     EXPECT_EQ(complaint_about(document.dump()), "");
     document["bodies"][0]["parts"].erase(0);
@@ -579,15 +550,14 @@ TEST_F(BoneFile, ACavityMayBeInsideOutAndAShellBesideMayNot) {
 }
 
 TEST_F(BoneFile, APlateOnItsOwnBackEnclosesNothing) {
-    EXPECT_NE(complaint_about_bone(plate_obj(plate_faces) + plate_obj(turned(plate_faces))).find("it encloses nothing"),
-              std::string::npos);
+    EXPECT_NE(complaint_about_bone(plate().add(turned(plate()))).find("it encloses nothing"), std::string::npos);
 }
 
 TEST_F(BoneFile, TrianglesStoredTwiceAreTakenOnceWithANoteAndKeepTheirNumbers) {
-    Faces faces = plate_faces;
-    faces.insert(faces.begin() + 3, {5, 7, 4});  // 2 again, turned about its middle
-    const Scene scene = read(with_bone(plate_obj(faces)));
-    const Scene plain = read(with_bone(plate_obj(plate_faces)));
+    test::Shape bone = plate();
+    bone.triangles.insert(bone.triangles.begin() + 3, {5, 7, 4});  // 2 again, turned about its middle
+    const Scene scene = read(with_bone(bone));
+    const Scene plain = read(with_bone(plate()));
     EXPECT_EQ(scene.topology.triangles, plain.topology.triangles);
     EXPECT_TRUE(scene.topology.bodies[1].closed);
     EXPECT_EQ(scene.bodies[1].file_triangle, (std::vector<Index>{0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11, 12}));
@@ -595,13 +565,13 @@ TEST_F(BoneFile, TrianglesStoredTwiceAreTakenOnceWithANoteAndKeepTheirNumbers) {
     EXPECT_EQ(scene.notes[0],
               "/bodies/0/parts/0/mesh: 1 of 13 triangles repeat an earlier one and are left out (first: 3 is 2 again)");
     // A whole second copy with vertices of its own.
-    const Scene copy = read(with_bone(plate_obj(plate_faces) + plate_obj(plate_faces)));
+    const Scene copy = read(with_bone(plate().add(plate())));
     EXPECT_EQ(copy.topology.bodies[1].triangles.count, 12);
     EXPECT_EQ(copy.notes.size(), 1U);
     // Its vertices would be points that touch without a surface. One that no triangle of the file has stays.
     EXPECT_EQ(copy.first.position, plain.first.position);
     EXPECT_EQ(copy.bodies[1].file_vertex, plain.bodies[1].file_vertex);
-    const Scene lone = read(with_bone(plate_obj(plate_faces) + plate_obj(plate_faces) + "v 0.3 0.2 0.1\n"));
+    const Scene lone = read(with_bone(plate().add(plate()).add({{{0.3, 0.2, 0.1}}, {}})));
     const Index corners = plain.topology.bodies[1].vertices.count;
     ASSERT_EQ(lone.topology.bodies[1].vertices.count, corners + 1);
     EXPECT_EQ(lone.bodies[1].file_vertex.back(), 2 * corners);

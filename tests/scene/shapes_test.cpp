@@ -7,7 +7,6 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <utility>
 
 #include "support/surfaces.hpp"
 

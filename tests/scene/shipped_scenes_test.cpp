@@ -2,10 +2,8 @@
 // from brute force over all box-overlapping triangles with the rational oracle, not from any detector.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <map>
 #include <set>
 #include <string>
 

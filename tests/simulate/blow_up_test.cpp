@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <nlohmann/json.hpp>
@@ -15,6 +16,7 @@
 #include "support/methods.hpp"
 #include "support/scene_runs.hpp"
 #include "support/scene_samples.hpp"
+#include "support/shapes.hpp"
 #include "tissue/mass_spring.hpp"
 
 namespace trocar {
@@ -55,39 +57,24 @@ Watched run_watched(const Scene& scene, const std::string& response, std::int64_
 
 /// The sheet of i2t_poke as a square grid whose middle vertex has a twin 1 µm beside it.
 Scene micron_edge() {
+    test::Shape sheet = test::sheet(0.1, 20);
+    const Index middle = 10 * 21 + 10;
+    const Index right = middle + 1;
+    const auto twin = static_cast<Index>(sheet.vertices.size());
+    sheet.vertices.emplace_back(1e-6, 0.0, 0.0);
+    test::Faces faces;
+    for (const auto& face : sheet.triangles) {
+        const bool has_edge =
+            std::count(face.begin(), face.end(), middle) == 1 && std::count(face.begin(), face.end(), right) == 1;
+        faces.push_back(face);
+        if (!has_edge) continue;
+        std::replace(faces.back().begin(), faces.back().end(), middle, twin);
+        faces.push_back(face);
+        std::replace(faces.back().begin(), faces.back().end(), right, twin);
+    }
+    sheet.triangles = faces;
     const test::TemporaryFolder folder;
-    constexpr int n = 21;
-    std::ofstream mesh(folder.path() / "sheet.obj");
-    const auto number = [](int i, int j) { return j * n + i + 1; };
-    const int middle = number(10, 10);
-    const int right = number(11, 10);
-    const int twin = n * n + 1;
-    for (int j = 0; j < n; ++j) {
-        for (int i = 0; i < n; ++i) mesh << "v " << 0.005 * (i - 10) << ' ' << 0.005 * (j - 10) << " 0\n";
-    }
-    mesh << "v 1e-6 0 0\n";
-    const auto face = [&](std::array<int, 3> corners) {
-        const bool has_edge = std::count(corners.begin(), corners.end(), middle) == 1 &&
-                              std::count(corners.begin(), corners.end(), right) == 1;
-        const auto write = [&](int from, int to) {
-            mesh << 'f';
-            for (const int corner : corners) mesh << ' ' << (corner == from ? to : corner);
-            mesh << '\n';
-        };
-        if (!has_edge) {
-            write(0, 0);
-            return;
-        }
-        write(middle, twin);
-        write(right, twin);
-    };
-    for (int j = 0; j + 1 < n; ++j) {
-        for (int i = 0; i + 1 < n; ++i) {
-            face({number(i, j), number(i + 1, j), number(i + 1, j + 1)});
-            face({number(i, j), number(i + 1, j + 1), number(i, j + 1)});
-        }
-    }
-    mesh.close();
+    write_obj(folder.path() / "sheet.obj", sheet);
     Json scene = test::shipped_json("i2t_poke");
     scene["bodies"][0]["parts"] = Json::array({{{"mesh", "sheet.obj"}}});
     std::ofstream(folder.path() / "scene.json") << scene.dump();

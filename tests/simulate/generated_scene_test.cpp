@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <map>
-#include <numeric>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "measure/pair_truth.hpp"
 #include "simulate/generated_scene.hpp"
+#include "support/surfaces.hpp"
 
 namespace trocar {
 namespace {
@@ -26,30 +26,6 @@ std::size_t pairs_at(const InstrumentInTissue& scene, std::int64_t step) {
     std::vector<TrianglePair> pairs;
     true_pairs(scene.topology(), frame_of(scene, step), pairs);
     return pairs.size();
-}
-
-/// Signed volume of a body, m³; positive when its triangles are counter-clockwise seen from outside.
-double volume(const Topology& topology, const Matrix3X& position, const BodyRange& body) {
-    double sum = 0.0;
-    for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-        const auto v = topology.triangles.col(t);
-        sum += position.col(v[0]).dot(position.col(v[1]).cross(position.col(v[2]))) / 6.0;
-    }
-    return sum;
-}
-
-/// Every directed edge once, and its opposite once: closed and consistently wound.
-bool is_closed(const Topology& topology) {
-    std::set<std::pair<Index, Index>> edges;
-    for (Index t = 0; t < topology.triangle_count(); ++t) {
-        const auto v = topology.triangles.col(t);
-        for (int k = 0; k < 3; ++k) {
-            if (!edges.emplace(v[k], v[(k + 1) % 3]).second) return false;
-        }
-    }
-    return std::all_of(edges.begin(), edges.end(), [&edges](auto edge) {
-        return edges.contains({edge.second, edge.first});
-    });
 }
 
 std::vector<InstrumentInTissueSpec> one_of_each() {
@@ -102,10 +78,11 @@ TEST(GeneratedScene, TriangleCountsAreTheOnesAskedFor) {
 TEST(GeneratedScene, BodiesAreClosedAndTurnedOutward) {
     for (const InstrumentInTissueSpec& spec : one_of_each()) {
         const InstrumentInTissue scene(spec);
-        EXPECT_TRUE(is_closed(scene.topology())) << spec.name();
+        EXPECT_TRUE(test::is_closed(scene.topology().triangles)) << spec.name();
         const Frame frame = frame_of(scene, 5);
         for (const BodyRange& body : scene.topology().bodies) {
-            const double found = volume(scene.topology(), frame.position, body);
+            const double found = test::signed_volume(
+                {frame.position, scene.topology().triangles.middleCols(body.triangles.first, body.triangles.count)});
             if (body.kind == BodyKind::tissue) {
                 EXPECT_NEAR(found, 0.1 * 0.1 * 0.01, 5e-6) << spec.name();
             } else {
@@ -224,7 +201,7 @@ TEST(GeneratedScene, EveryInstrumentOfAMultiBodySceneTouchesItsTissue) {
 TEST(GeneratedScene, BallsTouchOnlyNeighbours) {
     for (const Index count : {2, 8, 64}) {
         const Balls scene(count, 200, 1);
-        EXPECT_TRUE(is_closed(scene.topology()));
+        EXPECT_TRUE(test::is_closed(scene.topology().triangles));
         Frame frame;
         scene.write(11, frame);
         std::vector<TrianglePair> pairs;

@@ -65,40 +65,6 @@ RunSpec spec_of(const std::string& mode, const std::string& detector, const std:
     return spec;
 }
 
-TEST(PassedThrough, IsCountedExactlyWhereTwoShaftsHaveChangedSidesAndTheRunEndsOk) {
-    // Two shafts of 5 mm across each other, each driven by an operator of 300 N/m, pressed together by 2 to 8 N against
-    // a contact of 1000 N/m: their places alone show whether they have changed sides.
-    std::set<bool> seen;
-    for (const double push : {1.0, 2.0, 5.0, 8.0}) {
-        const Scene scene = test::scene_from_text(fmt::format(
-            R"({{"format":"trocar-scene-2","name":"shafts","unit":"m","dt":0.001,"ticks":300,"seed":1,"bodies":[
-          {{"name":"lower","kind":"instrument","closed":true,
-            "parts":[{{"shape":"shaft","radius":0.0025,"length":0.1,"edge":0.003}}],
-            "motion":{{"drive":"operator","keys":[{{"time":0,"pose":[-0.05,0,0,0,90,0]}}]}}}},
-          {{"name":"upper","kind":"instrument","closed":true,
-            "parts":[{{"shape":"shaft","radius":0.0025,"length":0.1,"edge":0.003}}],
-            "motion":{{"drive":"operator","keys":[{{"time":0,"pose":[0,-0.05,0.006,-90,0,0]}},
-                                                 {{"time":0.1,"pose":[0,-0.05,{},-90,0,0]}}]}}}}],
-          "contact":[{{"bodies":["lower","upper"],"k":1000,"mu":0}}]}})",
-            0.005 - 2.0 * push / 300.0));
-        RunSpec spec = spec_of("closed_loop", "ohc", "penalty");
-        RunLimits limits;
-        bool below = false;
-        limits.observe = [&](const Simulation& simulation, const StepRow&) {
-            const Matrix3X& p = simulation.frame().position;
-            const Range lower = scene.topology.bodies[0].vertices;
-            const Range upper = scene.topology.bodies[1].vertices;
-            below =
-                p.row(2).segment(upper.first, upper.count).mean() < p.row(2).segment(lower.first, lower.count).mean();
-        };
-        const Record record = run_closed_loop(scene, spec, limits);
-        EXPECT_TRUE(record.outcome.ok()) << record.outcome.message;
-        EXPECT_EQ(record.summary.at(Metric::passed_through), below ? 1.0 : 0.0) << push << " N";
-        seen.insert(below);
-    }
-    EXPECT_EQ(seen.size(), 2U) << "some must hold and some pass";
-}
-
 /// m, between the two bodies of a scene over all their triangles; 0 where two of them meet.
 double distance_of_two(const Topology& topology, const Matrix3X& position) {
     const auto corners = [&](Index t) { return corners_of(topology.triangles, position, t); };

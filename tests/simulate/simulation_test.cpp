@@ -248,8 +248,7 @@ TEST(Simulation, ReplayAnswersLikeTheLoopThatMadeTheFrames) {
 TEST(QueryDistance, IsTheMarginDoubledUntilItHoldsWhatMayCome) {
     // One triangle of tissue with sides of 3, 4 and 5 mm: a mean edge of 4 mm, a margin of 1 mm.
     Scene scene;
-    scene.topology = make_topology({Body{
-        .name = "one", .kind = BodyKind::tissue, .closed = false, .vertex_count = 3, .triangles = test::one_triangle}});
+    scene.topology = make_topology({test::triangle_body("one", BodyKind::tissue, false)});
     scene.first.position = Matrix3X::Zero(3, 3);
     scene.first.position(0, 1) = 0.003;
     scene.first.position(1, 2) = 0.004;

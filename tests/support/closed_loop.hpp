@@ -6,18 +6,17 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <map>
 #include <memory>
-#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "method/registry.hpp"
+#include "scene/tissue_materials.hpp"
 #include "scene/world.hpp"
 #include "simulate/rupture.hpp"
 #include "support/materials.hpp"
-#include "support/meshes.hpp"
+#include "support/shapes.hpp"
 #include "support/shown_force.hpp"
 #include "tissue/mass_spring.hpp"
 
@@ -44,56 +43,18 @@ inline Shape make_sheet(int n, double edge) {
     return mesh;
 }
 
-/// Adds a second layer of vertices, `by` from the first, and walls between the rims of the two.
-inline void add_walls(Shape& mesh, const Vector3& by) {
-    std::map<std::pair<Index, Index>, int> directed;
-    for (const auto& t : mesh.triangles) {
-        for (std::size_t i = 0; i < 3; ++i) ++directed[{t[i], t[(i + 1) % 3]}];
-    }
-    const auto count = static_cast<Index>(mesh.vertices.size());
-    for (Index v = 0; v < count; ++v) mesh.vertices.push_back(mesh.vertices[static_cast<std::size_t>(v)] + by);
-    for (const auto& [edge, uses] : directed) {
-        if (directed.find({edge.second, edge.first}) != directed.end()) continue;
-        mesh.triangles.push_back({edge.second, edge.first, edge.first + count});
-        mesh.triangles.push_back({edge.second, edge.first + count, edge.second + count});
-    }
-}
-
-/// Closed plate of n×n squares of edge `edge`, from z = 0 down to -thickness. Lengths in m.
-inline Shape make_plate(int n, double edge, double thickness) {
-    Shape mesh = make_sheet(n, edge);
-    const std::vector<std::array<Index, 3>> top = mesh.triangles;
-    const auto count = static_cast<Index>(mesh.vertices.size());
-    add_walls(mesh, Vector3(0.0, 0.0, -thickness));
-    for (const auto& t : top) mesh.triangles.push_back({t[0] + count, t[2] + count, t[1] + count});
-    return mesh;
-}
-
 /// Closed box centred at the origin, outward normals.
 inline Shape make_box(const Vector3& size) { return box_of(-0.5 * size, size); }
 
-/// Closed shaft along z from the origin (pointed or flat end) to `length`, outward normals.
+/// Closed shaft along z from the origin (pointed or flat end) to `length`, outward normals. Vertex 0 is at the origin.
 inline Shape make_shaft(double radius, double length, int sides, double point_length) {
-    Shape mesh;
     const int rings = 12;
-    mesh.vertices.emplace_back(0.0, 0.0, 0.0);
-    for (int r = 0; r <= rings; ++r) {
-        const double z = point_length + (length - point_length) * r / rings;
-        for (int s = 0; s < sides; ++s) {
-            const double angle = 2.0 * std::numbers::pi * s / sides;
-            mesh.vertices.emplace_back(radius * std::cos(angle), radius * std::sin(angle), z);
-        }
-    }
-    mesh.vertices.emplace_back(0.0, 0.0, length);
-    const auto at = [sides](int r, int s) { return static_cast<Index>(1 + r * sides + s % sides); };
-    const auto top = static_cast<Index>(mesh.vertices.size() - 1);
-    for (int s = 0; s < sides; ++s) {
-        mesh.triangles.push_back({0, at(0, s + 1), at(0, s)});
-        mesh.triangles.push_back({top, at(rings, s), at(rings, s + 1)});
-        for (int r = 0; r < rings; ++r) {
-            mesh.triangles.push_back({at(r, s), at(r, s + 1), at(r + 1, s)});
-            mesh.triangles.push_back({at(r, s + 1), at(r + 1, s + 1), at(r + 1, s)});
-        }
+    Shape mesh = shaft(radius, length - point_length, sides, rings).move({0.0, 0.0, point_length});
+    const auto bottom = static_cast<Index>(sides * (rings + 1));
+    mesh.vertices[static_cast<std::size_t>(bottom)] = mesh.vertices[0];
+    mesh.vertices[0] = Vector3::Zero();
+    for (auto& triangle : mesh.triangles) {
+        for (Index& v : triangle) v = v == 0 ? bottom : (v == bottom ? 0 : v);
     }
     return mesh;
 }
@@ -205,74 +166,26 @@ private:
         }
     }
 
+    /// Numbers of the vertices that are furthest from the middle along x or y.
+    [[nodiscard]] std::vector<Index> rim_of(Range vertices) const {
+        const Matrix3X start = frame.position.middleCols(vertices.first, vertices.count);
+        const Matrix3X from_middle = start.colwise() - start.rowwise().mean();
+        const auto distance = from_middle.topRows<2>().cwiseAbs().colwise().maxCoeff().eval();
+        std::vector<Index> rim;
+        for (Index v = 0; v < vertices.count; ++v) {
+            if (distance(v) > distance.maxCoeff() - 1e-9) rim.push_back(v);
+        }
+        return rim;
+    }
+
     void make_materials() {
-        constexpr double youngs_thickness = 38000.0 * 0.003;
-        constexpr double density_thickness = 1060.0 * 0.003;
-        constexpr double preload = 0.2;
-        const auto n = static_cast<std::size_t>(topology.vertex_count);
         materials = empty_materials(topology);
-        std::map<std::pair<Index, Index>, double> edges;
         for (std::size_t b = 0; b < bodies_.size(); ++b) {
             if (bodies_[b].kind != BodyKind::tissue) continue;
-            const BodyRange& body = topology.bodies[b];
-            double query_distance = 0.0;
-            const Matrix3X start = frame.position.middleCols(body.vertices.first, body.vertices.count);
-            const Vector3 centre = start.rowwise().mean();
-            query_distance = (start.colwise() - centre).topRows<2>().cwiseAbs().maxCoeff();
-            for (Index v = body.vertices.first; v < body.vertices.end(); ++v) {
-                const double here = (frame.position.col(v) - centre).head<2>().cwiseAbs().maxCoeff();
-                materials.pinned[static_cast<std::size_t>(v)] =
-                    bodies_[b].pin_rim && here > query_distance - 1e-9 ? 1 : 0;
-            }
-            for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-                const auto corner = topology.triangles.col(t);
-                const Vector3 p0 = frame.position.col(corner[0]);
-                const Vector3 p1 = frame.position.col(corner[1]);
-                const Vector3 p2 = frame.position.col(corner[2]);
-                const double area = 0.5 * (p1 - p0).cross(p2 - p0).norm();
-                for (int i = 0; i < 3; ++i) {
-                    materials.area[static_cast<std::size_t>(corner[i])] += area / 3.0;
-                    const Index a = std::min(corner[i], corner[(i + 1) % 3]);
-                    const Index c = std::max(corner[i], corner[(i + 1) % 3]);
-                    const double squared = (frame.position.col(a) - frame.position.col(c)).squaredNorm();
-                    edges[{a, c}] += youngs_thickness * area / squared;
-                }
-            }
-        }
-        std::vector<int> count(n, 0);
-        for (std::size_t v = 0; v < n; ++v) {
-            materials.mass[v] = density_thickness * materials.area[v];
-            materials.drag[v] = 5.0 * materials.mass[v];
-        }
-        for (const auto& [edge, k] : edges) {
-            const double length = (frame.position.col(edge.first) - frame.position.col(edge.second)).norm();
-            materials.springs.push_back({.i = edge.first,
-                                         .j = edge.second,
-                                         .rest = length,
-                                         .k = k,
-                                         .preload = preload * k * length,
-                                         .damping = 0.02});
-            for (const Index v : {edge.first, edge.second}) {
-                materials.mean_stiffness[static_cast<std::size_t>(v)] += k;
-                ++count[static_cast<std::size_t>(v)];
-            }
-        }
-        for (std::size_t v = 0; v < n; ++v) {
-            if (count[v] > 0) materials.mean_stiffness[v] /= count[v];
-        }
-        for (Index t = 0; t < topology.triangle_count(); ++t) {
-            for (int i = 0; i < 3; ++i) {
-                const auto edge = std::minmax(topology.triangles(i, t), topology.triangles((i + 1) % 3, t));
-                const auto found = edges.find({edge.first, edge.second});
-                if (found != edges.end())
-                    materials.triangle_stiffness[static_cast<std::size_t>(t)] += found->second / 3.0;
-            }
-        }
-        Matrix3X force;
-        internal_force(materials, frame.position, frame.velocity, force);
-        for (std::size_t v = 0; v < n; ++v) {
-            const auto column = static_cast<Eigen::Index>(v);
-            if (materials.pinned[v] == 0) materials.rest_bias.col(column) = -force.col(column);
+            TissueSettings settings;
+            settings.rim_pinned = false;
+            if (bodies_[b].pin_rim) settings.pinned = rim_of(topology.bodies[b].vertices);
+            add_tissue_body(settings, topology, topology.bodies[b], frame.position, dt, materials);
         }
         materials.substeps = stable_substeps(materials, frame.position, dt);
     }

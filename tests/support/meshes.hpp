@@ -3,11 +3,15 @@
 
 #include <array>
 #include <cstdint>
+#include <filesystem>
 #include <random>
+#include <string>
 #include <vector>
 
 #include "geometry/exact.hpp"
+#include "geometry/mesh_file.hpp"
 #include "geometry/types.hpp"
+#include "scene/world.hpp"
 #include "support/random_vectors.hpp"
 
 namespace trocar::test {
@@ -60,8 +64,20 @@ struct Shape {
     }
 };
 
-/// Of a body that is one triangle.
-inline const Triangles one_triangle = matrix_of(Faces{{0, 1, 2}});
+inline void write_obj(const std::filesystem::path& file, const Shape& shape) {
+    trocar::write_obj(file, matrix_of(shape.vertices), matrix_of(shape.triangles));
+}
+
+/// A body that is one triangle.
+inline Body triangle_body(const std::string& name, BodyKind kind, bool closed = true,
+                          const std::string& instrument = {}) {
+    return {.name = name,
+            .kind = kind,
+            .closed = closed,
+            .instrument = instrument,
+            .vertex_count = 3,
+            .triangles = matrix_of(Faces{{0, 1, 2}})};
+}
 
 struct TriangleMesh {
     Matrix3X position;
@@ -72,6 +88,23 @@ struct TriangleMesh {
     [[nodiscard]] Index count() const { return static_cast<Index>(triangles.cols()); }
     [[nodiscard]] Corners corners(Index t) const { return corners_of(triangles, position, t); }
 };
+
+/// Needles in bundles, and some triangles across them.
+inline TriangleMesh needles_and_faces(std::mt19937_64& random, Index count) {
+    std::uniform_real_distribution<double> place(-1.0, 1.0);
+    const auto anywhere = [&] { return random_vector(place, random); };
+    std::vector<Vector3> points;
+    Faces faces;
+    const Vector3 along = anywhere();
+    for (Index t = 0; t < count; ++t) {
+        const Vector3 p = anywhere();
+        const Vector3 q = t % 4 == 0 ? anywhere() : Vector3(p + along);
+        const Vector3 r = t % 8 == 0 ? anywhere() : Vector3(q + 1e-3 * anywhere());
+        points.insert(points.end(), {p, q, r});
+        faces.push_back({3 * t, 3 * t + 1, 3 * t + 2});
+    }
+    return {points, faces};
+}
 
 /// The cube from (0, 0, 0) to (1, 1, 1); bits 0, 1 and 2 of a corner's number are its x, y and z.
 inline const Faces cube_faces{{0, 2, 3}, {0, 3, 1}, {4, 5, 7}, {4, 7, 6}, {0, 1, 5}, {0, 5, 4},

@@ -32,8 +32,7 @@ struct PairSample {
     std::vector<ContactForce> contact_forces;
 
     PairSample(BodyKind kind_a, BodyKind kind_b, const Matrix3X& corners) {
-        topology = make_topology({Body{.name = "a", .kind = kind_a, .vertex_count = 3, .triangles = one_triangle},
-                                  Body{.name = "b", .kind = kind_b, .vertex_count = 3, .triangles = one_triangle}});
+        topology = make_topology({triangle_body("a", kind_a), triangle_body("b", kind_b)});
         frame.position = corners;
         frame.previous = corners;
         frame.velocity = Matrix3X::Zero(3, 6);

@@ -14,11 +14,11 @@
 
 namespace trocar::test {
 
-/// Open square sheet in the plane z = 0, centred at the origin, n × n quads.
-inline Shape sheet(double size, int n) {
+/// Open rectangle of n × n quads from `corner` along u and v, normal u × v.
+inline Shape rectangle(const Vector3& corner, const Vector3& u, const Vector3& v, int n) {
     Shape shape;
     for (int j = 0; j <= n; ++j) {
-        for (int i = 0; i <= n; ++i) shape.vertices.emplace_back(size * i / n - size / 2, size * j / n - size / 2, 0.0);
+        for (int i = 0; i <= n; ++i) shape.vertices.emplace_back(corner + i * u / n + j * v / n);
     }
     for (int j = 0; j < n; ++j) {
         for (int i = 0; i < n; ++i) {
@@ -29,6 +29,11 @@ inline Shape sheet(double size, int n) {
         }
     }
     return shape;
+}
+
+/// Open square sheet in the plane z = 0, centred at the origin, n × n quads.
+inline Shape sheet(double size, int n) {
+    return rectangle({-size / 2, -size / 2, 0.0}, {size, 0.0, 0.0}, {0.0, size, 0.0}, n);
 }
 
 /// Closed tube with flat caps along z from 0 to `length`: `around` sides, `along` rings. along = 1 gives slender

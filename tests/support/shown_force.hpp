@@ -3,31 +3,31 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 
+#include "contact/contact.hpp"
 #include "contact/response_output.hpp"
 #include "respond/common.hpp"
 #include "scene/world.hpp"
 
 namespace trocar::test {
 
+/// Sum of columns (3×N) that the vertices of a contact force law stand for.
+inline Vector3 blend(const std::array<Index, 3>& vertices, const std::array<double, 3>& weights,
+                     const Matrix3X& columns) {
+    return ContactPoint{vertices, weights}.blend(columns);
+}
+
 /// Force of a contact along its normal at the frame, N: k d - mu (v_P·n - face velocity). It is at most the limit. It
 /// is not negative unless adhesive or bilateral, and 0 without penetration unless bilateral.
 inline double force_at_frame(const Topology& topology, const Frame& frame, double dt, const ContactForceLaw& contact) {
     const double gap = contact.gap + scripted_rate(topology, frame, dt, contact) * dt;
     if (!contact.bilateral() && gap > 0.0) return 0.0;
-    double rate = 0.0;
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (contact.vertices[i] < 0) continue;
-        rate += contact.weights[i] * frame.velocity.col(contact.vertices[i]).dot(contact.normal);
-    }
-    if (any_vertex(contact.reaction_vertices) >= 0) {
-        for (std::size_t i = 0; i < 3; ++i) {
-            if (contact.reaction_vertices[i] < 0) continue;
-            rate -= contact.reaction_weights[i] * frame.velocity.col(contact.reaction_vertices[i]).dot(contact.normal);
-        }
-    } else {
-        rate -= contact.face_velocity;
-    }
+    const bool on_vertices = any_vertex(contact.reaction_vertices) >= 0;
+    const double reaction_rate =
+        on_vertices ? blend(contact.reaction_vertices, contact.reaction_weights, frame.velocity).dot(contact.normal)
+                    : contact.face_velocity;
+    const double rate = blend(contact.vertices, contact.weights, frame.velocity).dot(contact.normal) - reaction_rate;
     const double force = -contact.k * gap - contact.mu * rate;
     const double pressed = contact.pulls() ? force : std::max(force, 0.0);
     return std::clamp(pressed, -contact.limit, contact.limit);

@@ -42,6 +42,13 @@ inline TissueSample make_tissue(const std::vector<Vector3>& points, const std::v
     return sample;
 }
 
+/// One vertex at the origin without springs, that nothing holds; four sub-steps a tick.
+inline TissueSample free_vertex(double mass = 1e-3) {
+    TissueSample sample = make_tissue({Vector3::Zero()}, {mass}, {0}, {});
+    sample.materials.substeps = 4;
+    return sample;
+}
+
 /// Vertices in a row along x that springs like `one` tie to their neighbours; both ends are pinned.
 inline TissueSample make_chain(Index vertices, double mass, const Spring& one) {
     std::vector<Vector3> points;

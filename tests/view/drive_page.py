@@ -59,11 +59,27 @@ class Browser:
     def script(self, text, *arguments):
         return self.call("POST", "/execute/sync", {"script": text, "args": list(arguments)})
 
+    def frames(self, count=2):
+        """Until the page has drawn so many frames: it has answered what came before."""
+        self.call("POST", "/execute/async", {"script": """
+            const [count, done] = arguments;
+            const next = (left) => left > 0 ? requestAnimationFrame(() => next(left - 1)) : done();
+            next(count);""", "args": [count]})
+
+    def wait_for(self, condition):
+        """Until the page says so; False where it does not within half a minute, however slow the machine is."""
+        for _ in range(300):
+            if self.script(f"return {condition}"):
+                return True
+            time.sleep(0.1)
+        return False
+
     def element(self, selector):
         return self.call("POST", "/element", {"using": "css selector", "value": selector})[ELEMENT]
 
     def click(self, selector):
         self.call("POST", f"/element/{self.element(selector)}/click")
+        self.frames()
 
     def text(self, selector):
         return self.call("GET", f"/element/{self.element(selector)}/text")
@@ -71,6 +87,7 @@ class Browser:
     def press(self, key):
         self.call("POST", "/actions", {"actions": [{"type": "key", "id": "keys", "actions": [
             {"type": "keyDown", "value": key}, {"type": "keyUp", "value": key}]}]})
+        self.frames()
 
     def drag(self, selector, start, end):
         """From one place to another, both in pixels from the element's middle."""
@@ -78,6 +95,7 @@ class Browser:
         move = lambda at, wait: {"type": "pointerMove", "duration": wait, "origin": origin, "x": at[0], "y": at[1]}
         self.call("POST", "/actions", {"actions": [{"type": "pointer", "id": "mouse", "actions": [
             move(start, 0), {"type": "pointerDown", "button": 0}, move(end, 100), {"type": "pointerUp", "button": 0}]}]})
+        self.frames()
 
     def picture(self, selector):
         return base64.b64decode(self.call("GET", f"/element/{self.element(selector)}/screenshot"))
@@ -140,12 +158,9 @@ def drive(browser, page):
     reported = {}
     browser.log("performance")  # what the browser's own first page asked for
     browser.call("POST", "/url", {"url": pathlib.Path(page).resolve().as_uri()})
-    for _ in range(300):
-        ready = browser.script("return document.documentElement.dataset.ready === 'yes'")
-        if ready or browser.script("return document.querySelector('[role=alert]') !== null && !window.trocarViewer?.page"):
-            break
-        time.sleep(0.1)
-    reported["ready"] = ready
+    is_ready = "document.documentElement.dataset.ready === 'yes'"
+    browser.wait_for(f"{is_ready} || (document.querySelector('[role=alert]') !== null && !window.trocarViewer?.page)")
+    ready = reported["ready"] = browser.script(f"return {is_ready}")
     reported["alerts"] = browser.script("return [...document.querySelectorAll('[role=alert]')].map((one) => one.textContent)")
     if ready:
         use(browser, reported)
@@ -190,11 +205,11 @@ def use(browser, reported):
     reported["tick_after_chart"] = tick()
     browser.press("\ue011")
     browser.click("#play")
-    time.sleep(0.7)
+    browser.wait_for("trocarViewer.page.tick > 0")
     reported["tick_while_playing"] = tick()
     browser.click("#play")
     stopped = tick()
-    time.sleep(0.3)
+    browser.frames(10)
     reported["stays_when_stopped"] = tick() == stopped
     if reported["panels"] > 1:
         browser.click("[data-run='1']")
