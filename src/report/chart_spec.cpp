@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "report/chart.hpp"
@@ -41,23 +40,7 @@ std::string symbol(int shape) {
 
 std::string interactive(const ScatterChart& chart) {
     if (chart.series.empty()) return {};
-    double low = std::numeric_limits<double>::infinity();
-    double high = 0.0;
-    double first = chart.x_limit.value_or(low);
-    double last = chart.x_limit.value_or(high);
-    bool any_zero = false;
-    bool any_failed = false;
-    for (const ChartSeries& series : chart.series) {
-        for (const ChartPoint& point : series.points) {
-            first = std::min(first, point.x);
-            last = std::max(last, point.x);
-            any_failed = any_failed || point.failed;
-            any_zero = any_zero || (point.y <= 0.0 && !point.failed);
-            if (point.failed || point.y <= 0.0) continue;
-            low = std::min(low, point.y);
-            high = std::max(high, point.y);
-        }
-    }
+    auto [first, last, low, high, any_zero, any_failed] = extent_of(chart);
     if (!(high > 0.0)) low = high = 1.0;
     // Room for a rail of its own at either end.
     const double bottom = low / (any_zero ? 5.0 : 1.5);

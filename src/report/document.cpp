@@ -119,10 +119,6 @@ std::string csv_field(const std::string& text) {
     return "\"" + replace_each(text, {{"\"", "\"\""}}) + "\"";
 }
 
-std::string escape_xml(const std::string& text) {
-    return replace_each(text, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}});
-}
-
 std::string format_number(double value) {
     if (std::isnan(value)) return "n/a";
     if (std::isinf(value)) return value > 0 ? "inf" : "-inf";

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "geometry/text.hpp"
+
 namespace trocar {
 namespace {
 
@@ -18,21 +20,6 @@ std::uint16_t zigzag(std::uint16_t difference) {
 
 std::uint16_t unzigzag(std::uint16_t number) {
     return static_cast<std::uint16_t>((number >> 1U) ^ ((number & 1U) != 0 ? 0xffffU : 0U));
-}
-
-std::string base64(std::span<const unsigned char> bytes) {
-    static constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t there = std::min<std::size_t>(3, bytes.size() - i);
-        std::uint32_t three = 0;
-        for (std::size_t k = 0; k < 3; ++k) three = three << 8U | (k < there ? bytes[i + k] : 0U);
-        for (std::size_t k = 0; k < 4; ++k) {
-            text += k <= there ? letters[three >> (18U - 6U * k) & 63U] : '=';
-        }
-    }
-    return text;
 }
 
 }  // namespace
@@ -113,7 +100,7 @@ std::string deflated(std::string_view bytes) {
     const int status = compress2(packed.data(), &size, reinterpret_cast<const unsigned char*>(bytes.data()),
                                  bytes.size(), Z_BEST_COMPRESSION);
     if (status != Z_OK) throw std::runtime_error("zlib: no memory for the frames of a page");
-    return base64({packed.data(), size});
+    return base64({reinterpret_cast<const char*>(packed.data()), size});
 }
 
 }  // namespace trocar
