@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -34,29 +35,11 @@ std::string length_text(double metres) {
     return std::isfinite(metres) ? fmt::format("{:.6g} mm", metres * 1e3) : std::string("not given");
 }
 
-const char* case_name(ContactCase kind) {
-    switch (kind) {
-        case ContactCase::unset:
-            return "not given";
-        case ContactCase::a_enters_b:
-            return "a_enters_b";
-        case ContactCase::b_enters_a:
-            return "b_enters_a";
-        case ContactCase::edges_cross:
-            return "edges_cross";
-        case ContactCase::touch:
-            return "touch";
-        case ContactCase::coplanar:
-            return "coplanar";
-        case ContactCase::degenerate:
-            return "degenerate";
-        case ContactCase::point_face:
-            return "point_face";
-        case ContactCase::edge_edge:
-            return "edge_edge";
-    }
-    return "";
-}
+/// In the order of ContactCase.
+constexpr std::array case_names{"not given", "a_enters_b", "b_enters_a", "edges_cross", "touch",
+                                "coplanar",  "degenerate", "point_face", "edge_edge"};
+
+const char* case_name(const Contact& contact) { return case_names.at(static_cast<std::size_t>(contact.kind)); }
 
 /// Triangles and vertices as a person knows them: body and number in the body's own file.
 class Names {
@@ -191,7 +174,7 @@ std::vector<TrianglePair> pairs_meant(const Scene& scene, const Names& names, co
 }
 
 Json contact_json(const Contact& contact, const Names& names) {
-    return {{"case", case_name(contact.kind)},
+    return {{"case", case_name(contact)},
             {"point", json_vector(contact.point)},
             {"normal", json_vector(contact.normal)},
             {"depth", json_number(contact.depth)},
@@ -202,8 +185,8 @@ Json contact_json(const Contact& contact, const Names& names) {
 }
 
 void print_contact(const char* label, const Contact& contact, const Names& names) {
-    fmt::print("    {:<16} {}, depth {}, normal {}, point {} mm", label, case_name(contact.kind),
-               length_text(contact.depth), vector_text(contact.normal, 1.0), vector_text(contact.point, 1e3));
+    fmt::print("    {:<16} {}, depth {}, normal {}, point {} mm", label, case_name(contact), length_text(contact.depth),
+               vector_text(contact.normal, 1.0), vector_text(contact.point, 1e3));
     if (std::isfinite(contact.interval_length)) fmt::print(", overlap {}", length_text(contact.interval_length));
     if (contact.vertex_a >= 0) fmt::print(", vertex of a {}", names.file_vertex(contact.vertex_a));
     if (contact.vertex_b >= 0) fmt::print(", vertex of b {}", names.file_vertex(contact.vertex_b));

@@ -305,7 +305,7 @@ std::string draw(const ScatterChart& chart) {
     if (failed) {
         canvas.rectangle(left, top, right - left, 36, "#fbeeee");
         canvas.line(left, top + 36, right, top + 36, "#a32020", 1.0, "3 3");
-        canvas.text(left - 8, top + 22, chart.rail, "end", "#a32020", 12);
+        canvas.text(left - 8, top + 22, "failed", "end", "#a32020", 12);
     }
     draw_axes(canvas, left, right, top, bottom, chart.x_title, chart.y_title);
     if (chart.x_limit) draw_limit(canvas, x.at(*chart.x_limit), failed ? top + 36 : top, bottom, chart.x_limit_name);

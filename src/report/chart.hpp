@@ -53,7 +53,6 @@ struct ScatterChart {
     std::vector<std::pair<double, double>> front;  ///< Pareto front, ascending x
     std::optional<double> x_limit;                 ///< vertical line
     std::string x_limit_name;
-    std::string rail = "failed";  ///< name of the rail of failed points
 };
 /// Range of the points and of the limit. A band of its own has what is exactly 0, a rail what failed.
 struct ScatterExtent {

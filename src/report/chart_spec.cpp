@@ -62,7 +62,7 @@ std::string interactive(const ScatterChart& chart) {
     }
     Json lines = Json::array();
     if (chart.x_limit) lines.push_back({{"x", *chart.x_limit}, {"name", chart.x_limit_name}});
-    if (any_failed) lines.push_back({{"y", short_number(top)}, {"name", chart.rail}});
+    if (any_failed) lines.push_back({{"y", short_number(top)}, {"name", "failed"}});
     if (any_zero) lines.push_back({{"y", short_number(bottom)}, {"name", "exactly 0"}});
     Json y = axis(chart.y_title, true);
     y["min"] = short_number(bottom);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -49,21 +50,10 @@ struct Markdown {
         out += std::string(static_cast<std::size_t>(heading.level), '#') + " " + heading.text + "\n\n";
     }
     void operator()(const Paragraph& paragraph) {
-        switch (paragraph.style) {
-            case Paragraph::Style::quote:
-                out += "> " + paragraph.text;
-                break;
-            case Paragraph::Style::small:
-                out += "<sub>" + paragraph.text + "</sub>";
-                break;
-            case Paragraph::Style::warning:
-                out += "> **Note.** " + paragraph.text;
-                break;
-            case Paragraph::Style::normal:
-                out += paragraph.text;
-                break;
-        }
-        out += "\n\n";
+        static constexpr std::array<std::pair<const char*, const char*>, 4> marks{
+            {{"", ""}, {"> ", ""}, {"<sub>", "</sub>"}, {"> **Note.** ", ""}}};  // by style
+        const auto& [before, behind] = marks.at(static_cast<std::size_t>(paragraph.style));
+        out += before + paragraph.text + behind + "\n\n";
     }
     void operator()(const CodeBlock& code) { out += "```\n" + code.text + "\n```\n\n"; }
     void operator()(const Table& table) {

@@ -200,9 +200,6 @@ Table detectors_table(const Draft& draft) {
             continue;
         }
         table.rows.push_back({});
-        const auto add = [&table](const std::string& header, Metric metric, std::string text) {
-            add_cell(table, {header, true, metric}, std::move(text));
-        };
         const ResultSet& planned = row->planned;
         const bool everywhere = planned.count() == verdict.scenes.size();
         const bool fails = row->failed_runs > 0;
@@ -212,14 +209,16 @@ Table detectors_table(const Draft& draft) {
         add_cell(table, {.header = "detector", .wide = true},
                  everywhere ? name : name + " (" + only_text(row->scene_names()) + " only)");
         const double truth = planned.sum(Metric::true_pairs);
-        add("false negatives of N", Metric::false_negatives,
-            of_text(planned.sum(Metric::false_negatives), truth) + (std::isnan(truth) ? "" : cut_text(planned)));
-        add("false positives", Metric::false_positives, count_text(planned.sum(Metric::false_positives)));
-        if (between) add("missed between frames, of N", Metric::contact_events_missed, between_text(planned));
-        add("µs p50", Metric::total_median_ns, time(row->p50));
-        add("µs p99", Metric::total_p99_ns, time(row->p99));
+        add_number(table, "false negatives of N", Metric::false_negatives,
+                   of_text(planned.sum(Metric::false_negatives), truth) + (std::isnan(truth) ? "" : cut_text(planned)));
+        add_number(table, "false positives", Metric::false_positives, count_text(planned.sum(Metric::false_positives)));
+        if (between)
+            add_number(table, "missed between frames, of N", Metric::contact_events_missed, between_text(planned));
+        add_number(table, "µs p50", Metric::total_median_ns, time(row->p50));
+        add_number(table, "µs p99", Metric::total_p99_ns, time(row->p99));
         if (!draft.reference.empty())
-            add(ratio_header(draft), Metric::total_median_ns, estimate_text(fails ? Estimate{} : row->ratio, 1.0));
+            add_number(table, ratio_header(draft), Metric::total_median_ns,
+                       estimate_text(fails ? Estimate{} : row->ratio, 1.0));
         add_cell(
             table, {"failed", true, {}, failed_help},
             count_failed(row->failed_runs, planned.runs(), static_cast<int>(verdict.scenes.size() - planned.count())));

@@ -173,13 +173,6 @@ std::optional<ChildEnd> ChildProcess::end() {
     return end;
 }
 
-std::optional<ChildEnd> wait_for(ChildProcess& child) {
-    while (true) {
-        if (std::optional<ChildEnd> end = child.end()) return end;
-        if (SignalsHeld::wait(child.seconds_left())) return std::nullopt;
-    }
-}
-
 Outcome failure_of(const ChildEnd& end, double time_limit_s) {
     const std::string detail = end.error.empty() ? std::string() : ": " + end.error;
     switch (end.kind) {

@@ -67,9 +67,6 @@ private:
     Clock::time_point deadline_;
 };
 
-/// Waits for one child. Empty when interrupted: the child then runs until its object is destroyed.
-std::optional<ChildEnd> wait_for(ChildProcess& child);
-
 /// Outcome of a child that left no complete result: timed_out or crashed, with the reason.
 Outcome failure_of(const ChildEnd& end, double time_limit_s);
 

@@ -18,10 +18,6 @@ std::uint16_t zigzag(std::uint16_t difference) {
     return static_cast<std::uint16_t>(static_cast<std::uint16_t>(difference << 1U) ^ sign);
 }
 
-std::uint16_t unzigzag(std::uint16_t number) {
-    return static_cast<std::uint16_t>((number >> 1U) ^ ((number & 1U) != 0 ? 0xffffU : 0U));
-}
-
 }  // namespace
 
 Quantiser::Quantiser(const Vector3& low, const Vector3& high) : low_(low), step_((high - low) / largest_code) {
@@ -72,26 +68,6 @@ std::string frame_bytes(const std::vector<std::vector<std::uint16_t>>& frames, s
         last = frame;
     }
     return bytes;
-}
-
-std::vector<std::vector<std::uint16_t>> frames_of(std::string_view bytes, std::span<const std::uint16_t> rest) {
-    const std::size_t size = rest.size();
-    const std::size_t high = bytes.size() / 2;
-    std::vector<std::vector<std::uint16_t>> frames;
-    std::vector<std::uint16_t> last(rest.begin(), rest.end());
-    for (std::size_t at = 0; at < high;) {
-        std::uint16_t change = 0;
-        for (std::size_t i = 0; i < size; ++i, ++at) {
-            if (i % (size / 3) == 0) change = 0;
-            const auto low_byte = static_cast<unsigned char>(bytes[at]);
-            const auto high_byte = static_cast<unsigned char>(bytes[high + at]);
-            change =
-                static_cast<std::uint16_t>(change + unzigzag(static_cast<std::uint16_t>(low_byte | high_byte << 8U)));
-            last[i] = static_cast<std::uint16_t>(last[i] + change);
-        }
-        frames.push_back(last);
-    }
-    return frames;
 }
 
 std::string deflated(std::string_view bytes) {

@@ -41,9 +41,6 @@ std::vector<std::uint16_t> quantised(const Matrix3X& position, const Quantiser& 
 /// precede all high bytes.
 std::string frame_bytes(const std::vector<std::vector<std::uint16_t>>& frames, std::span<const std::uint16_t> rest);
 
-/// Inverse of frame_bytes; for tests.
-std::vector<std::vector<std::uint16_t>> frames_of(std::string_view bytes, std::span<const std::uint16_t> rest);
-
 /// zlib stream in base64.
 std::string deflated(std::string_view bytes);
 
