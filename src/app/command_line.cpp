@@ -167,10 +167,12 @@ int run_command(int argc, char** argv) {
     sub->add_option("--scene", view_options.scene, "Of a report: the scene's name, or its file");
     sub->add_flag("--pages", view_options.pages,
                   "Of a report: a page for every scene in its folder view/, sharing one script");
-    sub->add_option("--detector", view_options.detector, "NAME[:key=value,...], of a scene")->capture_default_str();
-    sub->add_option("--contacts", view_options.contacts,
+    sub->add_option("--detector", view_options.methods.detector, "NAME[:key=value,...], of a scene")
+        ->capture_default_str();
+    sub->add_option("--contacts", view_options.methods.contacts,
                     "Contact generator, of a scene (default: each response's own)");
-    sub->add_option("--stepper", view_options.stepper, "NAME[:key=value,...], of a scene (default: semi_implicit)");
+    sub->add_option("--stepper", view_options.methods.stepper,
+                    "NAME[:key=value,...], of a scene (default: semi_implicit)");
     sub->add_option("--ticks", view_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--output", view_options.output, "The page (default: SCENE.html in this folder)");
     line.on(sub, view_options, view);

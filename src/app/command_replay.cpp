@@ -14,6 +14,7 @@
 #include "app/json_values.hpp"
 #include "app/long_steps.hpp"
 #include "geometry/input_error.hpp"
+#include "measure/statistics.hpp"
 #include "scene/recording.hpp"
 #include "study/contact_baseline.hpp"
 
@@ -130,14 +131,8 @@ void print_json(const RecordingReader& recording, const std::vector<DetectorAnsw
     std::fwrite(text.data(), 1, text.size(), stdout);
 }
 
-std::string median_ms(std::vector<std::int64_t> ns) {
-    if (ns.empty()) return "-";
-    std::sort(ns.begin(), ns.end());
-    const std::size_t half = ns.size() / 2;
-    const double middle = ns.size() % 2 == 1
-                              ? static_cast<double>(ns[half])
-                              : 0.5 * (static_cast<double>(ns[half - 1]) + static_cast<double>(ns[half]));
-    return fmt::format("{:.3f}", middle * 1e-6);
+std::string median_ms(const std::vector<double>& ns) {
+    return ns.empty() ? "-" : fmt::format("{:.3f}", median(ns) * 1e-6);
 }
 
 void print_table(const RecordingReader& recording, const std::vector<DetectorAnswer>& answers, const Truths* truth) {
@@ -160,15 +155,15 @@ void print_table(const RecordingReader& recording, const std::vector<DetectorAns
         std::size_t pairs = 0;
         std::size_t touch = 0;
         PairErrors errors;
-        std::vector<std::int64_t> update;
-        std::vector<std::int64_t> detect;
+        std::vector<double> update;
+        std::vector<double> detect;
         for (const FrameAnswer& frame : answer.frames) {
             if (!frame.outcome.ok()) continue;
             ++good;
             pairs += frame.pairs.size();
             touch += frame.touch.size();
-            if (frame.update_ns >= 0) update.push_back(frame.update_ns);
-            if (frame.detect_ns >= 0) detect.push_back(frame.detect_ns);
+            if (frame.update_ns >= 0) update.push_back(static_cast<double>(frame.update_ns));
+            if (frame.detect_ns >= 0) detect.push_back(static_cast<double>(frame.detect_ns));
             if (!frame.errors) continue;
             errors.false_negatives += frame.errors->false_negatives;
             errors.false_positives += frame.errors->false_positives;

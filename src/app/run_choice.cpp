@@ -9,8 +9,6 @@
 namespace trocar::app {
 namespace {
 
-volatile std::sig_atomic_t asked = 0;
-
 /// Method text with its parameters in alphabetical order, after checking that it can be made.
 std::string checked(const std::string& text, const auto& make) {
     const MethodSpec spec = parse_method(text);
@@ -53,16 +51,12 @@ void set_scene(const Scene& scene, std::optional<std::int64_t> ticks, RunSpec& s
     spec.ticks = ticks.value_or(scene.ticks);
 }
 
-InterruptHeld::InterruptHeld() {
-    struct sigaction action {};
-    action.sa_handler = [](int) { asked = 1; };
-    sigaction(SIGINT, &action, &old_interrupt_);
-    sigaction(SIGTERM, &action, &old_terminate_);
+std::function<bool(std::int64_t)> until_interrupted(Progress& progress, SignalsHeld& signals, bool& stopped) {
+    return [&](std::int64_t done) {
+        progress.show(done);
+        stopped = stopped || signals.take_interruption();
+        return !stopped;
+    };
 }
-InterruptHeld::~InterruptHeld() {
-    sigaction(SIGINT, &old_interrupt_, nullptr);
-    sigaction(SIGTERM, &old_terminate_, nullptr);
-}
-bool interrupt_asked() { return asked != 0; }
 
 }  // namespace trocar::app

@@ -104,9 +104,14 @@ std::string page_one_to_markdown(const Document& document, const std::string& re
     return text;
 }
 
-std::string csv_field(const std::string& text) {
-    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-    return "\"" + replace_each(text, {{"\"", "\"\""}}) + "\"";
+std::string csv_line(const std::vector<std::string>& fields) {
+    std::string line;
+    for (const std::string& field : fields) {
+        const bool plain = field.find_first_of(",\"\n\r") == std::string::npos;
+        line += plain ? field : "\"" + replace_each(field, {{"\"", "\"\""}}) + "\"";
+        line += &field == &fields.back() ? "\n" : ",";
+    }
+    return line;
 }
 
 std::string format_number(double value) {

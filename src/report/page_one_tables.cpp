@@ -45,14 +45,6 @@ std::string judged_text(const Draft& draft, bool tissue) {
     return scenes_text(scenes.size(), soft ? " tissue" : " rigid");
 }
 
-std::int64_t widest_stride(const Draft& draft, const std::string& mode) {
-    std::int64_t stride = 1;
-    for (const Record& record : draft.records) {
-        if (record.spec.mode == mode) stride = std::max(stride, record.spec.truth_stride);
-    }
-    return stride;
-}
-
 /// Where the rows stand that page 1 has no room for.
 std::string others_text(const std::vector<ResponseRow>& rows, const std::vector<std::size_t>& shown,
                         const std::string& detector) {
@@ -225,7 +217,7 @@ Table detectors_table(const Draft& draft) {
         if (fails) table.rows.back().style = TableRow::Style::failed;
     }
     table.note = std::string(detector_order_text) + " Times over scenes are geometric means.";
-    if (const std::int64_t stride = widest_stride(draft, "replay"); stride > 1) {
+    if (const std::int64_t stride = draft.widest_stride("replay"); stride > 1) {
         table.note += fmt::format(" Pairs were judged on every {}th tick only.", stride);
     }
     if (!left_out.empty()) table.note += " Behind these: " + joined(left_out) + ".";
@@ -263,7 +255,7 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
         const ResponseRow& row = rows[shown[i]];
         table.rows[i].cells.push_back(count_failed(row.failed_runs, row.planned.runs(), row.not_run));
     }
-    const std::int64_t stride = widest_stride(draft, "closed_loop");
+    const std::int64_t stride = draft.widest_stride("closed_loop");
     table.note =
         std::string(response_order_text) +
         " A failed row is of the scenes that it finished. Force errors are against hard contact, median over scenes; "

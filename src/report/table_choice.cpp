@@ -374,17 +374,14 @@ std::string table_as_markdown(const ChosenTable& table) { return to_markdown(as_
 std::string table_as_latex(const ChosenTable& table) { return latex_table(as_table(table)); }
 
 std::string table_as_csv(const ChosenTable& table) {
-    std::string text;
-    for (const ChosenColumn& column : table.columns) {
-        text += (text.empty() ? "" : ",") + csv_field(column.name);
-    }
-    text += "\n";
+    std::vector<std::string> fields;
+    for (const ChosenColumn& column : table.columns) fields.push_back(column.name);
+    std::string text = csv_line(fields);
     for (const std::vector<ChosenCell>& row : table.rows) {
         for (std::size_t c = 0; c < row.size(); ++c) {
-            const bool number = table.columns[c].number;
-            text += (c == 0 ? "" : ",") + csv_field(number ? format_exact(row[c].number) : row[c].word);
+            fields[c] = table.columns[c].number ? format_exact(row[c].number) : row[c].word;
         }
-        text += "\n";
+        text += csv_line(fields);
     }
     return text;
 }

@@ -97,7 +97,11 @@ SignalsHeld::SignalsHeld() {
     pthread_sigmask(SIG_BLOCK, &held, &before_);
 }
 
-SignalsHeld::~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+SignalsHeld::~SignalsHeld() {
+    while (taken_ && take_interruption()) {
+    }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
 
 bool SignalsHeld::take_interruption() {
     sigset_t set;
@@ -105,7 +109,9 @@ bool SignalsHeld::take_interruption() {
     sigaddset(&set, SIGINT);
     sigaddset(&set, SIGTERM);
     const timespec at_once{0, 0};
-    return sigtimedwait(&set, nullptr, &at_once) > 0;
+    const bool pending = sigtimedwait(&set, nullptr, &at_once) > 0;
+    taken_ = taken_ || pending;
+    return pending;
 }
 
 bool SignalsHeld::wait(double seconds) {

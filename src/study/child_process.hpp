@@ -30,13 +30,14 @@ public:
     SignalsHeld& operator=(SignalsHeld&&) = delete;
     /// Signal mask before construction, which children inherit.
     [[nodiscard]] const sigset_t& before() const { return before_; }
-    /// True when an interruption is pending; consumes it.
-    static bool take_interruption();
+    /// True when an interruption is pending; consumes it, and those that come before the end of this lifetime.
+    bool take_interruption();
     /// Waits until a child may have ended, at most `seconds`. True for an interruption.
     static bool wait(double seconds);
 
 private:
     sigset_t before_{};
+    bool taken_ = false;
 };
 
 /// Starts `command` (program and arguments). stdin is empty, stdout is discarded, stderr goes to `log`. The child has

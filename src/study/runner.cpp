@@ -129,6 +129,8 @@ public:
         }
     }
 
+    bool is_interrupted() { return signals_.take_interruption(); }
+
     /// Ends all that run; what they left is gone.
     void stop() {
         for (Child& child : children_) {
@@ -300,7 +302,7 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
                 if (missing.empty()) result.found += count;
                 // Again without the run that ended the process of a group.
                 for (bool again = false; !missing.empty(); again = true) {
-                    if (SignalsHeld::take_interruption()) {
+                    if (runner.is_interrupted()) {
                         runner.stop();
                         result.interrupted = true;
                         return result;

@@ -68,9 +68,7 @@ TEST(Html, LongNamesBreakInTablesAlone) {
 }
 
 TEST(Csv, QuotesFieldsThatNeedIt) {
-    EXPECT_EQ(csv_field("plain"), "plain");
-    EXPECT_EQ(csv_field("a,b"), "\"a,b\"");
-    EXPECT_EQ(csv_field("say \"no\""), "\"say \"\"no\"\"\"");
+    EXPECT_EQ(csv_line({"plain", "a,b", "say \"no\"", ""}), "plain,\"a,b\",\"say \"\"no\"\"\",\n");
 }
 
 }  // namespace
