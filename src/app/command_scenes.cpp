@@ -65,27 +65,16 @@ std::string description_of(const std::filesystem::path& file) {
 struct SceneLine {
     std::filesystem::path file;
     std::string description;
-    SceneFacts facts;  ///< without the data only that it lacks
-    std::int64_t bodies = 0;
+    SceneFacts facts;
     [[nodiscard]] std::string name() const { return file.stem().string(); }
 };
-
-SceneLine line_of(const std::filesystem::path& file, const CommonOptions& common) {
-    SceneLine line{.file = file, .description = description_of(file), .facts = {}};
-    line.facts.lacks_data = lacks_data(file, common.data);
-    if (line.facts.lacks_data) return line;
-    const Scene scene = read_scene(file, common.data);
-    line.facts = facts_of(scene);
-    line.bodies = scene.topology.body_count();
-    return line;
-}
 
 Json json_of(const SceneLine& line) {
     const auto known = [&line](const auto& value) { return line.facts.lacks_data ? Json(nullptr) : Json(value); };
     return {{"name", line.name()},
             {"file", line.file.string()},
             {"class", known(line.facts.pair_class)},
-            {"bodies", known(line.bodies)},
+            {"bodies", known(line.facts.bodies)},
             {"triangles", known(line.facts.triangles)},
             {"ticks", known(line.facts.ticks)},
             {"dt", known(line.facts.dt)},
@@ -102,7 +91,9 @@ int scenes(const CommonOptions& common, const ScenesOptions& options) {
     }
     std::vector<SceneLine> lines;
     lines.reserve(files.size());
-    for (const std::filesystem::path& file : files) lines.push_back(line_of(file, common));
+    for (const std::filesystem::path& file : files) {
+        lines.push_back({file, description_of(file), read_scene_facts(file, common.data)});
+    }
     if (common.json) {
         Json list = Json::array();
         for (const SceneLine& line : lines) list.push_back(json_of(line));
@@ -119,7 +110,7 @@ int scenes(const CommonOptions& common, const ScenesOptions& options) {
     for (const SceneLine& line : lines) {
         const bool known = !line.facts.lacks_data;
         fmt::print("{:<{}}  {:<{}}  {:>6}  {:>9}  {}{}\n", line.name(), name_width, known ? line.facts.pair_class : "-",
-                   class_width, known ? std::to_string(line.bodies) : "-",
+                   class_width, known ? std::to_string(line.facts.bodies) : "-",
                    known ? std::to_string(line.facts.triangles) : "-", first_sentence(line.description),
                    known ? "" : " (no data: --data or $TROCAR_DATA)");
     }

@@ -144,11 +144,8 @@ DetectorAnswer ask(const MethodSpec& method, const AskedFrames& frames, double t
     DetectorAnswer answer{.name = method.text(), .claims_exact = registry().detector(method.name).claims_exact};
     const IsolatedResult result =
         call_isolated([&method, &frames] { return answer_bytes(method, frames); }, time_limit_s);
-    if (result.kind != IsolatedResult::Kind::complete) {
-        const bool crashed = result.kind == IsolatedResult::Kind::crashed;
-        answer.outcome = {crashed ? OutcomeKind::crashed : OutcomeKind::timed_out, result.message};
-        return answer;
-    }
+    answer.outcome = result.outcome;
+    if (!answer.outcome.ok()) return answer;
     AnswerBytes bytes(result.bytes);
     for (std::int64_t tick = 0; tick < frames.count; ++tick) {
         FrameAnswer& frame = answer.frames.emplace_back();

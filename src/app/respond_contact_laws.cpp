@@ -1,6 +1,5 @@
 // The equations of the thesis on one case each, and how forces are gathered and shared out.
 #include <array>
-#include <optional>
 
 #include "app/respond_input.hpp"
 #include "geometry/crossing.hpp"

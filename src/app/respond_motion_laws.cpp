@@ -1,8 +1,6 @@
 // Laws of what moves: rest, oscillation, preload and the limits of the step, each by the tissue integrator itself
 // beside its closed form.
 #include <array>
-#include <numeric>
-#include <optional>
 
 #include "app/respond_input.hpp"
 #include "tissue/mass_spring.hpp"

@@ -1,7 +1,6 @@
 // Charts as descriptions that the script of a page draws, so that they answer to the pointer.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 

@@ -10,7 +10,6 @@
 #include <numeric>
 #include <optional>
 #include <set>
-#include <string_view>
 
 #include "geometry/input_error.hpp"
 #include "geometry/text.hpp"

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 
 #include "report/chart.hpp"
 #include "report/metric_table.hpp"

@@ -13,10 +13,8 @@
 namespace trocar {
 
 struct ChildEnd {
-    enum class Kind { exited, signalled, timed_out, not_started };
-    Kind kind = Kind::not_started;
-    int code = 0;       ///< exit status, signal number, or errno when not started
-    std::string error;  ///< last meaningful line of the child's stderr
+    bool exited = false;  ///< by itself, with whatever status
+    Outcome failure;      ///< of a run whose child left no complete result: timed_out or crashed, with the reason
 };
 
 /// Blocks SIGINT, SIGTERM and SIGCHLD during its lifetime; its functions collect them.
@@ -62,14 +60,11 @@ private:
     using Clock = std::chrono::steady_clock;
     void kill_group() const;
     pid_t child_ = -1;
-    int start_error_ = 0;
     std::string start_fault_;
     std::filesystem::path log_;
+    double time_limit_s_;
     Clock::time_point deadline_;
 };
-
-/// Outcome of a child that left no complete result: timed_out or crashed, with the reason.
-Outcome failure_of(const ChildEnd& end, double time_limit_s);
 
 /// Exclusive lock on a directory; the operating system releases it when the process ends. Throws InputError when the
 /// directory is not writable or another process holds the lock.

@@ -12,7 +12,6 @@
 #include <optional>
 #include <set>
 #include <sstream>
-#include <stdexcept>
 
 #include "geometry/fnv_hash.hpp"
 #include "geometry/gzip.hpp"
@@ -162,14 +161,13 @@ private:
             const std::int64_t turn = last_turn(child.output);
             for (const PlannedRun* run : child.runs) {
                 if (turn >= 0 && run != child.plan + turn) continue;
-                keep(*run, failure_of(end, options_.time_limit_s), std::nullopt);
+                keep(*run, end.failure, std::nullopt);
             }
         } else {
             // A complete answer followed by a crash or a hang is still a failure of the method, with its rows.
-            const bool ended_well = end.kind == ChildEnd::Kind::exited;
             for (std::size_t i = 0; i < child.runs.size(); ++i) {
                 Outcome outcome = (*records)[i].outcome;
-                if (!ended_well && outcome.ok()) outcome = failure_of(end, options_.time_limit_s);
+                if (!end.exited && outcome.ok()) outcome = end.failure;
                 keep(*child.runs[i], outcome, std::move((*records)[i]));
             }
         }

@@ -2,7 +2,6 @@
 // replay thus fits into one file. src/web/source/data.js decodes it.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
