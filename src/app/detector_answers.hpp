@@ -1,5 +1,5 @@
-// What detectors say of given frames, shared by `detect` and `replay`: each is asked in a child process, since a
-// library may crash on what it is given, and its pairs are held against the exact oracle.
+// Answers of detectors on given frames, shared by `detect` and `replay`. Each detector runs in a child process, since a
+// library may crash on what it is given. Its pairs are held against the exact oracle.
 #pragma once
 
 #include <fmt/format.h>
