@@ -2,10 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "app/json_values.hpp"
 #include "geometry/input_error.hpp"
 #include "report/document.hpp"
 
@@ -81,8 +82,6 @@ std::string finding_text(const BaselineFinding& finding) {
     return text;
 }
 
-OrderedJson finite_or_null(double value) { return std::isfinite(value) ? OrderedJson(value) : OrderedJson(nullptr); }
-
 OrderedJson contact_document(const std::optional<Contact>& contact) {
     if (!contact) return nullptr;
     const auto vector = [](const Vector3& v) {
@@ -91,7 +90,7 @@ OrderedJson contact_document(const std::optional<Contact>& contact) {
     return {{"kind", contact->kind == ContactCase::unset ? OrderedJson(nullptr) : stored_word(contact->kind)},
             {"point_m", vector(contact->point)},
             {"normal", vector(contact->normal)},
-            {"depth_m", finite_or_null(contact->depth)}};
+            {"depth_m", json_number(contact->depth)}};
 }
 
 OrderedJson truth_document(const std::optional<TruthFigures>& truth) {
@@ -107,7 +106,7 @@ OrderedJson truth_document(const std::optional<TruthFigures>& truth) {
 OrderedJson difference_document(const NamedDifference& named) {
     const ContactDifference& one = named.difference;
     const bool changed = one.what == ContactDifference::What::changed;
-    const auto only = [](bool has, double value) { return has ? finite_or_null(value) : OrderedJson(nullptr); };
+    const auto only = [](bool has, double value) { return has ? json_number(value) : OrderedJson(nullptr); };
     return {{"what", name_of(one.what)},
             {"tick", one.tick},
             {"bodies", named.bodies},
@@ -139,9 +138,9 @@ OrderedJson finding_document(const BaselineFinding& finding) {
                                   {"missing", found.missing},
                                   {"extra", found.extra},
                                   {"other_kind", found.other_kind},
-                                  {"worst_depth_m", finite_or_null(found.worst_depth)},
-                                  {"worst_point_m", finite_or_null(found.worst_point)},
-                                  {"worst_normal_rad", finite_or_null(found.worst_angle)}};
+                                  {"worst_depth_m", json_number(found.worst_depth)},
+                                  {"worst_point_m", json_number(found.worst_point)},
+                                  {"worst_normal_rad", json_number(found.worst_angle)}};
     }
     for (const NamedDifference& named : finding.worst) document["worst"].push_back(difference_document(named));
     return document;
@@ -161,25 +160,8 @@ std::string xml_text(const std::string& text) {
 }  // namespace
 
 const char* name_of(FindingState state) {
-    switch (state) {
-        case FindingState::same:
-            return "same";
-        case FindingState::changed:
-            return "changed";
-        case FindingState::no_worse:
-            return "no_worse";
-        case FindingState::worse:
-            return "worse";
-        case FindingState::not_kept:
-            return "new";
-        case FindingState::gone:
-            return "gone";
-        case FindingState::no_baseline:
-            return "missing";
-        case FindingState::dropped:
-            return "dropped";
-    }
-    return "";
+    static constexpr std::array names{"same", "changed", "no_worse", "worse", "new", "gone", "missing", "dropped"};
+    return names.at(static_cast<std::size_t>(state));
 }
 
 bool is_failure(FindingState state) {

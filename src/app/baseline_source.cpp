@@ -106,8 +106,7 @@ BaselineAnswer ask_detector(const MethodSpec& method, const BaselineSource& sour
             return to_json(alone);
         },
         time_limit_s);
-    if (result.kind == IsolatedResult::Kind::crashed) return {.outcome = "crashed", .ticks = {}};
-    if (result.kind == IsolatedResult::Kind::timed_out) return {.outcome = "timed_out", .ticks = {}};
+    if (!result.outcome.ok()) return {.outcome = std::string(name_of(result.outcome.kind)), .ticks = {}};
     return contact_baseline_from_json(result.bytes, name).detectors.at(name);
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -25,38 +26,28 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::string vector_text(const Vector3& v, double scale) {
-    if (!v.allFinite()) return "not given";
-    return fmt::format("({:.6g}, {:.6g}, {:.6g})", v.x() * scale, v.y() * scale, v.z() * scale);
+/// Texts of numbers of the document, which hold null where nothing is given.
+std::string vector_text(const Json& v, double scale) {
+    const bool given = std::all_of(v.begin(), v.end(), [](const Json& x) { return x.is_number(); });
+    if (!given) return "not given";
+    return fmt::format("({:.6g}, {:.6g}, {:.6g})", v[0].get<double>() * scale, v[1].get<double>() * scale,
+                       v[2].get<double>() * scale);
 }
 
-std::string length_text(double metres) {
-    return std::isfinite(metres) ? fmt::format("{:.6g} mm", metres * 1e3) : std::string("not given");
+std::string length_text(const Json& metres) {
+    return metres.is_number() && std::isfinite(metres.get<double>())
+               ? fmt::format("{:.6g} mm", metres.get<double>() * 1e3)
+               : std::string("not given");
 }
 
-const char* case_name(ContactCase kind) {
-    switch (kind) {
-        case ContactCase::unset:
-            return "not given";
-        case ContactCase::a_enters_b:
-            return "a_enters_b";
-        case ContactCase::b_enters_a:
-            return "b_enters_a";
-        case ContactCase::edges_cross:
-            return "edges_cross";
-        case ContactCase::touch:
-            return "touch";
-        case ContactCase::coplanar:
-            return "coplanar";
-        case ContactCase::degenerate:
-            return "degenerate";
-        case ContactCase::point_face:
-            return "point_face";
-        case ContactCase::edge_edge:
-            return "edge_edge";
-    }
-    return "";
+std::string three_in_mm(const Json& metres) {
+    return fmt::format("{:.6g}, {:.6g}, {:.6g} mm", metres[0].get<double>() * 1e3, metres[1].get<double>() * 1e3,
+                       metres[2].get<double>() * 1e3);
 }
+
+/// In the order of ContactCase.
+constexpr std::array case_names{"not given", "a_enters_b", "b_enters_a", "edges_cross", "touch",
+                                "coplanar",  "degenerate", "point_face", "edge_edge"};
 
 /// Triangles and vertices as a person knows them: body and number in the body's own file.
 class Names {
@@ -83,10 +74,6 @@ public:
             if (file_triangle(t) == number) return t;
         }
         return -1;
-    }
-    [[nodiscard]] std::string text(TrianglePair pair) const {
-        return fmt::format("{} {} x {} {}", body_name(body_of(pair.a)), file_triangle(pair.a),
-                           body_name(body_of(pair.b)), file_triangle(pair.b));
     }
     [[nodiscard]] Json json(TrianglePair pair) const {
         return {{"bodies", {body_name(body_of(pair.a)), body_name(body_of(pair.b))}},
@@ -191,7 +178,7 @@ std::vector<TrianglePair> pairs_meant(const Scene& scene, const Names& names, co
 }
 
 Json contact_json(const Contact& contact, const Names& names) {
-    return {{"case", case_name(contact.kind)},
+    return {{"case", case_names.at(static_cast<std::size_t>(contact.kind))},
             {"point", json_vector(contact.point)},
             {"normal", json_vector(contact.normal)},
             {"depth", json_number(contact.depth)},
@@ -201,107 +188,86 @@ Json contact_json(const Contact& contact, const Names& names) {
             {"vertex_b", names.vertex_json(contact.vertex_b)}};
 }
 
-void print_contact(const char* label, const Contact& contact, const Names& names) {
-    fmt::print("    {:<16} {}, depth {}, normal {}, point {} mm", label, case_name(contact.kind),
-               length_text(contact.depth), vector_text(contact.normal, 1.0), vector_text(contact.point, 1e3));
-    if (std::isfinite(contact.interval_length)) fmt::print(", overlap {}", length_text(contact.interval_length));
-    if (contact.vertex_a >= 0) fmt::print(", vertex of a {}", names.file_vertex(contact.vertex_a));
-    if (contact.vertex_b >= 0) fmt::print(", vertex of b {}", names.file_vertex(contact.vertex_b));
+void print_contact(const char* label, const Json& contact) {
+    fmt::print("    {:<16} {}, depth {}, normal {}, point {} mm", label, contact["case"].get<std::string>(),
+               length_text(contact["depth"]), vector_text(contact["normal"], 1.0), vector_text(contact["point"], 1e3));
+    if (contact["interval_length"].is_number()) fmt::print(", overlap {}", length_text(contact["interval_length"]));
+    if (contact["vertex_a"].is_number()) fmt::print(", vertex of a {}", contact["vertex_a"].get<Index>());
+    if (contact["vertex_b"].is_number()) fmt::print(", vertex of b {}", contact["vertex_b"].get<Index>());
     fmt::print("\n");
 }
 
 /// Everything that can be said about one triangle pair on one frame.
-struct PairFacts {
-    TrianglePair pair;
-    PairClass true_class = PairClass::disjoint;
-    Crossing crossing;
-    Contact intersection;
-    std::array<double, 3> true_depth_a{};  ///< m, of a's corners against b's body
-    std::array<double, 3> true_depth_b{};  ///< m, of b's corners against a's body
-
-    PairFacts(const Scene& scene, const Frame& frame, const DepthTruth& depth, const Names& names,
-              TrianglePair the_pair)
-        : pair(the_pair) {
-        const Corners a = corners_of(scene.topology.triangles, frame.position, pair.a);
-        const Corners b = corners_of(scene.topology.triangles, frame.position, pair.b);
-        true_class = oracle_class(a, b);
-        crossing = cross_triangles(a, b);
-        intersection = derive_contact(scene.topology, frame, pair);
-        for (std::size_t corner = 0; corner < 3; ++corner) {
-            const auto row = static_cast<Eigen::Index>(corner);
-            true_depth_a.at(corner) =
-                depth.depth_of_vertex(scene.topology.triangles(row, pair.a), names.body_of(pair.b));
-            true_depth_b.at(corner) =
-                depth.depth_of_vertex(scene.topology.triangles(row, pair.b), names.body_of(pair.a));
+Json pair_json(const Scene& scene, const Frame& frame, const DepthTruth& depth,
+               const std::vector<ExplainedAnswer>& answers, const Names& names, TrianglePair pair) {
+    const Corners a = corners_of(scene.topology.triangles, frame.position, pair.a);
+    const Corners b = corners_of(scene.topology.triangles, frame.position, pair.b);
+    const Crossing crossing = cross_triangles(a, b);
+    const auto depths_in = [&](Index triangle, Index body) {
+        std::array<double, 3> depths{};
+        for (int corner = 0; corner < 3; ++corner) {
+            depths.at(static_cast<std::size_t>(corner)) =
+                depth.depth_of_vertex(scene.topology.triangles(corner, triangle), body);
         }
-    }
-};
-
-std::vector<const Contact*> native_of(const ExplainedAnswer& answer, TrianglePair pair) {
-    std::vector<const Contact*> found;
-    for (const Contact& contact : answer.contacts.native) {
-        if (contact.a == pair.a && contact.b == pair.b) found.push_back(&contact);
-    }
-    return found;
-}
-
-bool reports(const ExplainedAnswer& answer, TrianglePair pair) {
-    return std::binary_search(answer.contacts.pairs.begin(), answer.contacts.pairs.end(), pair);
-}
-
-Json pair_json(const PairFacts& facts, const std::vector<ExplainedAnswer>& answers, const Names& names) {
-    Json json = names.json(facts.pair);
+        return depths;
+    };
     Json ends = Json::array();
-    for (const CrossingEnd& end : facts.crossing.ends) {
+    for (const CrossingEnd& end : crossing.ends) {
         if (end.triangle < 0) continue;
         ends.push_back(
             {{"triangle", end.triangle == 0 ? "a" : "b"}, {"edge", end.edge}, {"point", json_vector(end.point)}});
     }
-    json["truth"] = {{"class", name_of(facts.true_class)},
-                     {"depth_of_a_corners", facts.true_depth_a},
-                     {"depth_of_b_corners", facts.true_depth_b}};
-    json["crossing"] = {{"plane_depth_of_a_corners", facts.crossing.first_depth},
-                        {"plane_depth_of_b_corners", facts.crossing.second_depth},
-                        {"overlap_length", facts.crossing.length},
-                        {"direction", json_vector(facts.crossing.direction)},
-                        {"interval_a", facts.crossing.first_interval},
-                        {"interval_b", facts.crossing.second_interval},
+    Json json = names.json(pair);
+    json["truth"] = {{"class", name_of(oracle_class(a, b))},
+                     {"depth_of_a_corners", depths_in(pair.a, names.body_of(pair.b))},
+                     {"depth_of_b_corners", depths_in(pair.b, names.body_of(pair.a))}};
+    json["crossing"] = {{"plane_depth_of_a_corners", crossing.first_depth},
+                        {"plane_depth_of_b_corners", crossing.second_depth},
+                        {"overlap_length", crossing.length},
+                        {"direction", json_vector(crossing.direction)},
+                        {"interval_a", crossing.first_interval},
+                        {"interval_b", crossing.second_interval},
                         {"ends", ends}};
-    json["intersection"] = contact_json(facts.intersection, names);
+    json["intersection"] = contact_json(derive_contact(scene.topology, frame, pair), names);
     json["detectors"] = Json::array();
     for (const ExplainedAnswer& answer : answers) {
+        const std::vector<TrianglePair>& pairs = answer.contacts.pairs;
         Json native = Json::array();
-        for (const Contact* contact : native_of(answer, facts.pair)) native.push_back(contact_json(*contact, names));
-        json["detectors"].push_back(
-            {{"name", answer.name}, {"reported", reports(answer, facts.pair)}, {"native", native}});
+        for (const Contact& contact : answer.contacts.native) {
+            if (contact.a == pair.a && contact.b == pair.b) native.push_back(contact_json(contact, names));
+        }
+        json["detectors"].push_back({{"name", answer.name},
+                                     {"reported", std::binary_search(pairs.begin(), pairs.end(), pair)},
+                                     {"native", native}});
     }
     return json;
 }
 
-void print_pair(const PairFacts& facts, const std::vector<ExplainedAnswer>& answers, const Names& names) {
-    const Crossing& crossing = facts.crossing;
-    fmt::print("\nPair {}\n", names.text(facts.pair));
-    fmt::print(
-        "    {:<16} {}; depth of a's corners {:.6g}, {:.6g}, {:.6g} mm, of b's corners {:.6g}, {:.6g}, {:.6g} mm\n",
-        "truth", name_of(facts.true_class), facts.true_depth_a[0] * 1e3, facts.true_depth_a[1] * 1e3,
-        facts.true_depth_a[2] * 1e3, facts.true_depth_b[0] * 1e3, facts.true_depth_b[1] * 1e3,
-        facts.true_depth_b[2] * 1e3);
-    fmt::print(
-        "    {:<16} a's corners {:.6g}, {:.6g}, {:.6g} mm below b's plane, b's {:.6g}, {:.6g}, {:.6g} mm below a's\n",
-        "planes", crossing.first_depth[0] * 1e3, crossing.first_depth[1] * 1e3, crossing.first_depth[2] * 1e3,
-        crossing.second_depth[0] * 1e3, crossing.second_depth[1] * 1e3, crossing.second_depth[2] * 1e3);
-    fmt::print("    {:<16} {} along {}\n", "overlap", length_text(crossing.length),
-               vector_text(crossing.direction, 1.0));
-    for (const CrossingEnd& end : crossing.ends) {
-        if (end.triangle < 0) continue;
-        fmt::print("    {:<16} edge {} of {} at {} mm\n", "overlap end", end.edge, end.triangle == 0 ? "a" : "b",
-                   vector_text(end.point, 1e3));
+std::string pair_text(const Json& pair) {
+    return fmt::format("{} {} x {} {}", pair["bodies"][0].get<std::string>(), pair["triangles"][0].get<Index>(),
+                       pair["bodies"][1].get<std::string>(), pair["triangles"][1].get<Index>());
+}
+
+void print_pair(const Json& pair) {
+    const Json& truth = pair["truth"];
+    const Json& crossing = pair["crossing"];
+    fmt::print("\nPair {}\n", pair_text(pair));
+    fmt::print("    {:<16} {}; depth of a's corners {}, of b's corners {}\n", "truth",
+               truth["class"].get<std::string>(), three_in_mm(truth["depth_of_a_corners"]),
+               three_in_mm(truth["depth_of_b_corners"]));
+    fmt::print("    {:<16} a's corners {} below b's plane, b's {} below a's\n", "planes",
+               three_in_mm(crossing["plane_depth_of_a_corners"]), three_in_mm(crossing["plane_depth_of_b_corners"]));
+    fmt::print("    {:<16} {} along {}\n", "overlap", length_text(crossing["overlap_length"]),
+               vector_text(crossing["direction"], 1.0));
+    for (const Json& end : crossing["ends"]) {
+        fmt::print("    {:<16} edge {} of {} at {} mm\n", "overlap end", end["edge"].get<int>(),
+                   end["triangle"].get<std::string>(), vector_text(end["point"], 1e3));
     }
-    print_contact("intersection", facts.intersection, names);
-    for (const ExplainedAnswer& answer : answers) {
-        fmt::print("    {:<16} {}\n", answer.name,
-                   reports(answer, facts.pair) ? "reports the pair" : "does not report it");
-        for (const Contact* contact : native_of(answer, facts.pair)) print_contact("  its contact", *contact, names);
+    print_contact("intersection", pair["intersection"]);
+    for (const Json& answer : pair["detectors"]) {
+        fmt::print("    {:<16} {}\n", answer["name"].get<std::string>(),
+                   answer["reported"].get<bool>() ? "reports the pair" : "does not report it");
+        for (const Json& contact : answer["native"]) print_contact("  its contact", contact);
     }
 }
 
@@ -311,10 +277,10 @@ Json pairs_json(const std::vector<TrianglePair>& pairs, const Names& names) {
     return list;
 }
 
-void print_pairs(const char* label, const std::vector<TrianglePair>& pairs, const Names& names) {
+void print_pairs(const char* label, const Json& pairs) {
     constexpr std::size_t most = 5;
     for (std::size_t i = 0; i < std::min(most, pairs.size()); ++i) {
-        fmt::print("    {:<9} {}\n", label, names.text(pairs[i]));
+        fmt::print("    {:<9} {}\n", label, pair_text(pairs[i]));
     }
     if (pairs.size() > most) fmt::print("    {:<9} and {} more (all with --json)\n", label, pairs.size() - most);
 }
@@ -356,23 +322,21 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
     true_pairs(scene.topology, frame, truth);
     const std::vector<Index> touches = touching_pairs(scene.topology, frame, truth);
     const std::vector<ExplainedAnswer> answers = ask_all(scene.topology, frame, truth);
-    std::vector<PairFacts> facts;
-    facts.reserve(wanted.size());
-    for (const TrianglePair pair : wanted) facts.emplace_back(scene, frame, depth, names, pair);
-
+    Json examined = Json::array();
+    for (const TrianglePair pair : wanted) {
+        examined.push_back(pair_json(scene, frame, depth, answers, names, pair));
+    }
+    Json detectors = Json::array();
+    for (const ExplainedAnswer& answer : answers) {
+        detectors.push_back({{"name", answer.name},
+                             {"outcome", name_of(answer.contacts.outcome.kind)},
+                             {"message", answer.contacts.outcome.message},
+                             {"pairs", answer.contacts.pairs.size()},
+                             {"native_contacts", answer.contacts.native.size()},
+                             {"false_negatives", pairs_json(answer.false_negatives, names)},
+                             {"false_positives", pairs_json(answer.false_positives, names)}});
+    }
     if (common.json) {
-        Json detectors = Json::array();
-        for (const ExplainedAnswer& answer : answers) {
-            detectors.push_back({{"name", answer.name},
-                                 {"outcome", name_of(answer.contacts.outcome.kind)},
-                                 {"message", answer.contacts.outcome.message},
-                                 {"pairs", answer.contacts.pairs.size()},
-                                 {"native_contacts", answer.contacts.native.size()},
-                                 {"false_negatives", pairs_json(answer.false_negatives, names)},
-                                 {"false_positives", pairs_json(answer.false_positives, names)}});
-        }
-        Json examined = Json::array();
-        for (const PairFacts& one : facts) examined.push_back(pair_json(one, answers, names));
         const Json document{{"scene", scene.name},
                             {"tick", frame.tick},
                             {"time", frame.time},
@@ -387,22 +351,22 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
     fmt::print("scene {} at tick {} ({:g} s), driven there by {} + {}\n", scene.name, frame.tick, frame.time,
                leader.text(), response.text());
     fmt::print("truth: {} pairs, {} of them only touch\n\n", truth.size(), touches.size());
-    fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", "detector", "outcome", "pairs", "FN", "FP",
-               "native contacts");
-    for (const ExplainedAnswer& answer : answers) {
-        fmt::print("{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n", answer.name, name_of(answer.contacts.outcome.kind),
-                   answer.contacts.pairs.size(), answer.false_negatives.size(), answer.false_positives.size(),
-                   answer.contacts.native.size());
-        if (!answer.contacts.outcome.ok()) fmt::print("    {}\n", answer.contacts.outcome.message);
-        print_pairs("false negatives", answer.false_negatives, names);
-        print_pairs("false positives", answer.false_positives, names);
+    constexpr const char* row = "{:<16} {:<12} {:>8} {:>8} {:>8} {:>16}\n";
+    fmt::print(fmt::runtime(row), "detector", "outcome", "pairs", "FN", "FP", "native contacts");
+    for (const Json& one : detectors) {
+        fmt::print(fmt::runtime(row), one["name"].get<std::string>(), one["outcome"].get<std::string>(),
+                   one["pairs"].get<std::size_t>(), one["false_negatives"].size(), one["false_positives"].size(),
+                   one["native_contacts"].get<std::size_t>());
+        if (one["outcome"] != "ok") fmt::print("    {}\n", one["message"].get<std::string>());
+        print_pairs("false negatives", one["false_negatives"]);
+        print_pairs("false positives", one["false_positives"]);
     }
-    if (facts.empty() && !truth.empty()) {
+    if (examined.empty() && !truth.empty()) {
         fmt::print("\nLook at a pair with --pair {}:{},{}:{}\n", names.body_name(names.body_of(truth.front().a)),
                    names.file_triangle(truth.front().a), names.body_name(names.body_of(truth.front().b)),
                    names.file_triangle(truth.front().b));
     }
-    for (const PairFacts& one : facts) print_pair(one, answers, names);
+    for (const Json& pair : examined) print_pair(pair);
     return done;
 }
 

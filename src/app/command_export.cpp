@@ -6,7 +6,6 @@
 #include <set>
 
 #include "app/commands.hpp"
-#include "app/progress.hpp"
 #include "export/exporter.hpp"
 #include "geometry/input_error.hpp"
 #include "playback/playback.hpp"
@@ -57,6 +56,7 @@ struct Written {
     std::set<std::int64_t> ticks;
     Record record;  ///< of a scene's run
     bool is_run = false;
+    bool stopped = false;
 };
 
 Written export_scene(const CommonOptions& common, const ExportOptions& options, const std::filesystem::path& folder) {
@@ -73,13 +73,10 @@ Written export_scene(const CommonOptions& common, const ExportOptions& options, 
     const PlaybackChoice choice = choice_of(options, spec.ticks);
     const auto exporter = make_exporter(format_of(options.to), scene.topology, scene.name, folder);
     Written written{.name = scene.name, .ticks = {}, .record = {}, .is_run = true};
-    const InterruptHeld held;
+    SignalsHeld signals;
     Progress progress("tick", spec.ticks);
     RunLimits limits;
-    limits.progress = [&](std::int64_t done) {
-        progress.show(done);
-        return !interrupt_asked();
-    };
+    limits.progress = until_interrupted(progress, signals, written.stopped);
     written.record = play(scene, spec, limits, choice, [&](const PlayedFrame& frame) {
         exporter->add(frame);
         written.ticks.insert(frame.tick);
@@ -96,18 +93,16 @@ Written export_recording(const ExportOptions& options, const std::filesystem::pa
     const PlaybackChoice choice = choice_of(options, ticks);
     Written written{.name = options.source.stem().string(), .ticks = {}, .record = {}};
     const auto exporter = make_exporter(format_of(options.to), reader.topology(), written.name, folder);
-    const InterruptHeld held;
+    SignalsHeld signals;
     Progress progress("tick", ticks);
+    const auto goes_on = until_interrupted(progress, signals, written.stopped);
     play_recording(
         options.source, choice,
         [&](const PlayedFrame& frame) {
             exporter->add(frame);
             written.ticks.insert(frame.tick);
         },
-        [&](std::int64_t done) {
-            progress.show(done);
-            return done < ticks && !interrupt_asked();
-        });
+        [&](std::int64_t done) { return done < ticks && goes_on(done); });
     exporter->finish();
     return written;
 }
@@ -127,7 +122,7 @@ int export_frames(const CommonOptions& common, const ExportOptions& options) {
     UnfinishedFolder folder(options.output);
     const Written written = options.source.extension() == ".json" ? export_scene(common, options, folder.path())
                                                                   : export_recording(options, folder.path());
-    if (interrupt_asked()) {
+    if (written.stopped) {
         fmt::print(stderr, "trocar: interrupted, nothing is written\n");
         return interrupted;
     }

@@ -77,6 +77,16 @@ struct CommandLine {
             "How much further than things move in a tick detectors search, in mean edges of what moves, for "
             "generators that need pairs within a distance (default: 0.1)");
     }
+    /// A required file, or one of the names that `find` knows.
+    static void add_found(CLI::App* sub, const std::string& name, auto& found, const std::string& meaning,
+                          std::filesystem::path (*find)(const std::filesystem::path&) = find_scene,
+                          const char* type = "SCENE") {
+        const auto replace = [find](std::string& text) {
+            if (!text.empty()) text = find(text).string();
+            return std::string();
+        };
+        sub->add_option(name, found, meaning)->required()->type_name(type)->transform(CLI::Validator(replace, ""));
+    }
     template <typename Options>
     void on(CLI::App* sub, Options& options, int (*run)(const CommonOptions&, const Options&)) {
         sub->callback([this, &options, run] { command = [this, &options, run] { return run(common, options); }; });
@@ -113,12 +123,6 @@ void check_text(CLI::Option& option) {
     option.check(CLI::Validator(fault, ""));
 }
 
-/// Of the commands only the one that was called has its file.
-std::filesystem::path find_if_given(const std::filesystem::path& given,
-                                    std::filesystem::path (*find)(const std::filesystem::path&)) {
-    return given.empty() ? given : find(given);
-}
-
 /// Throws what the command throws.
 int run_command(int argc, char** argv) {
     CommandLine line;
@@ -129,9 +133,7 @@ int run_command(int argc, char** argv) {
     RunOptions run_options;
     CLI::App* sub = line.add("run", "Run one scene with one detector and one response",
                              "trocar run i2t_poke; trocar run i2t_poke --response thesis");
-    sub->add_option("scene", run_options.scene, "Scene file (JSON), or a name of trocar scenes")
-        ->required()
-        ->type_name("SCENE");
+    CommandLine::add_found(sub, "scene", run_options.scene, "Scene file (JSON), or a name of trocar scenes");
     CommandLine::add_methods(sub, run_options.methods);
     sub->add_option("--ticks", run_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--record", run_options.record, "Write the frames as a recording");
@@ -153,10 +155,9 @@ int run_command(int argc, char** argv) {
         "Write a page that replays a scene, a recording, or runs of a report: 3D beside curves, one file, "
         "offline",
         "trocar view i2t_poke --response unilateral --response thesis; trocar view reports/default --scene i2t_poke");
-    sub->add_option("inputs", view_options.inputs,
-                    "A scene (file or name), a recording, or folders of reports (their records are run once more)")
-        ->required()
-        ->type_name("SCENE");
+    CommandLine::add_found(
+        sub, "inputs", view_options.inputs,
+        "A scene (file or name), a recording, or folders of reports (their records are run once more)");
     sub->add_option(
            "--response", view_options.responses,
            "NAME[:key=value,...]; may be repeated: side by side (default: unilateral; of a report: ours and the "
@@ -166,10 +167,12 @@ int run_command(int argc, char** argv) {
     sub->add_option("--scene", view_options.scene, "Of a report: the scene's name, or its file");
     sub->add_flag("--pages", view_options.pages,
                   "Of a report: a page for every scene in its folder view/, sharing one script");
-    sub->add_option("--detector", view_options.detector, "NAME[:key=value,...], of a scene")->capture_default_str();
-    sub->add_option("--contacts", view_options.contacts,
+    sub->add_option("--detector", view_options.methods.detector, "NAME[:key=value,...], of a scene")
+        ->capture_default_str();
+    sub->add_option("--contacts", view_options.methods.contacts,
                     "Contact generator, of a scene (default: each response's own)");
-    sub->add_option("--stepper", view_options.stepper, "NAME[:key=value,...], of a scene (default: semi_implicit)");
+    sub->add_option("--stepper", view_options.methods.stepper,
+                    "NAME[:key=value,...], of a scene (default: semi_implicit)");
     sub->add_option("--ticks", view_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--output", view_options.output, "The page (default: SCENE.html in this folder)");
     line.on(sub, view_options, view);
@@ -177,9 +180,7 @@ int run_command(int argc, char** argv) {
     ExportOptions export_options;
     sub = line.add("export", "The frames of a scene's run or of a recording as files for ParaView, as glTF or as OBJ",
                    "trocar export i2t_poke --to paraview --output poke");
-    sub->add_option("source", export_options.source, "Scene (file or name) or recording")
-        ->required()
-        ->type_name("SCENE");
+    CommandLine::add_found(sub, "source", export_options.source, "Scene (file or name) or recording");
     sub->add_option(
            "--to", export_options.to,
            "paraview: .pvd and .vtp with depth, strain, displacement, contacts and forces; gltf: one animation "
@@ -200,9 +201,8 @@ int run_command(int argc, char** argv) {
     StudyOptions study_options;
     sub = line.add("study", "Run a study (all its methods on all its scenes) and write its report",
                    "trocar study default");
-    sub->add_option("file", study_options.file, "Study file (JSON), or the name of one that comes with trocar")
-        ->required()
-        ->type_name("STUDY");
+    CommandLine::add_found(sub, "file", study_options.file,
+                           "Study file (JSON), or the name of one that comes with trocar", find_study, "STUDY");
     sub->add_option("--output", study_options.output, "Folder for records and report (default: build/reports/<study>)");
     sub->add_flag("--publish", study_options.publish, "Copy the finished report to reports/<study>");
     sub->add_option("--with", study_options.with,
@@ -293,9 +293,7 @@ int run_command(int argc, char** argv) {
 
     ExplainOptions explain_options;
     sub = line.add("explain", "One tick of a scene, all detectors side by side", "trocar explain i2t_poke --tick 300");
-    sub->add_option("scene", explain_options.scene, "Scene file (JSON), or a name of trocar scenes")
-        ->required()
-        ->type_name("SCENE");
+    CommandLine::add_found(sub, "scene", explain_options.scene, "Scene file (JSON), or a name of trocar scenes");
     sub->add_option("--tick", explain_options.tick, "Tick to examine")->required();
     sub->add_option("--pair", explain_options.pair, "One triangle pair a,b (numbers of the scene's files)");
     sub->add_option("--response", explain_options.response, "Response that drives the scene to the tick")
@@ -328,10 +326,8 @@ int run_command(int argc, char** argv) {
         "reference",
         "Make the stored references of scenes (minutes each; those this program has made are kept), or check them",
         "trocar reference scenes/i2t_poke.json scenes/i2t_drag.json");
-    sub->add_option("scenes", reference_options.scenes,
-                    "Scene files (JSON) or names of trocar scenes; written to reference/ beside them")
-        ->required()
-        ->type_name("SCENE");
+    CommandLine::add_found(sub, "scenes", reference_options.scenes,
+                           "Scene files (JSON) or names of trocar scenes; written to reference/ beside them");
     sub->add_flag("--check", reference_options.check, "Make nothing; status 1 when one is missing or stale");
     sub->add_option("--step", reference_options.time_step_ms, "Finest step in ms (default: by the script's speed)");
     sub->add_option("--k", reference_options.k,
@@ -346,9 +342,8 @@ int run_command(int argc, char** argv) {
     sub->add_option("what", baseline_options.what, "write: store the contacts; check: status 1 when one changed")
         ->required()
         ->check(CLI::IsMember({"write", "check"}));
-    sub->add_option("sources", baseline_options.sources, "Scene files (JSON), names of trocar scenes, and recordings")
-        ->required()
-        ->type_name("SCENE");
+    CommandLine::add_found(sub, "sources", baseline_options.sources,
+                           "Scene files (JSON), names of trocar scenes, and recordings");
     sub->add_option("--detector", baseline_options.detectors,
                     "NAME[:key=value,...], all, or recorded (what a recording carries); may be repeated. Default: what "
                     "is stored; to begin with what the recording carries, else all")
@@ -419,13 +414,6 @@ int run_command(int argc, char** argv) {
     } else if (const char* variable = std::getenv("TROCAR_DATA"); variable != nullptr && *variable != '\0') {
         line.common.data = variable;
     }
-    run_options.scene = find_if_given(run_options.scene, find_scene);
-    explain_options.scene = find_if_given(explain_options.scene, find_scene);
-    study_options.file = find_if_given(study_options.file, find_study);
-    for (std::filesystem::path& scene : reference_options.scenes) scene = find_scene(scene);
-    for (std::filesystem::path& source : baseline_options.sources) source = find_scene(source);
-    for (std::filesystem::path& input : view_options.inputs) input = find_scene(input);
-    export_options.source = find_if_given(export_options.source, find_scene);
     const int status = line.command();
     // A full disk or a closed pipe shows only when the last bytes leave.
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {

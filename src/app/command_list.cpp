@@ -3,6 +3,7 @@
 
 #include <nlohmann/json.hpp>
 #include <string>
+#include <type_traits>
 
 #include "app/commands.hpp"
 #include "method/device.hpp"
@@ -61,75 +62,76 @@ Json absent_json(const AbsentMethod& absent, bool detector) {
     return json;
 }
 
-void print_parameters(const std::vector<Parameter>& parameters) {
-    for (const Parameter& p : parameters) {
-        fmt::print("      {}={}  [{}{}{}]  {}\n", p.name, p.default_value, p.range(),
-                   p.unit.empty() || p.unit == "1" ? "" : ", ", p.unit == "1" ? "" : p.unit, p.meaning);
+template <typename Entry>
+Json section_json(const std::vector<Entry>& present, const std::vector<AbsentMethod>& absent = {}) {
+    Json list = Json::array();
+    for (const Entry& entry : present) list.push_back(present_json(entry));
+    for (const AbsentMethod& entry : absent) {
+        list.push_back(absent_json(entry, std::is_same_v<Entry, DetectorEntry>));
+    }
+    return list;
+}
+
+std::string text_in(const Json& json, const char* key) { return json.value(key, std::string()); }
+
+void print_parameters(const Json& parameters) {
+    for (const Json& p : parameters) {
+        const std::string unit = text_in(p, "unit") == "1" ? "" : text_in(p, "unit");
+        fmt::print("      {}={}  [{}{}{}]  {}\n", text_in(p, "name"), text_in(p, "default"), text_in(p, "range"),
+                   unit.empty() ? "" : ", ", unit, text_in(p, "meaning"));
     }
 }
 
-template <typename Entry>
-void print_section(const char* title, const std::vector<Entry>& present, const std::vector<AbsentMethod>& absent) {
+void print_section(const char* title, const Json& methods) {
     fmt::print("{}\n", title);
-    for (const Entry& entry : present) {
-        std::string line = fmt::format("  {:<16} {} {}", entry.name, entry.library, entry.version);
-        if constexpr (requires { entry.table_row; }) line += fmt::format("  (Table 2.1: {})", entry.table_row);
-        if constexpr (requires { entry.query_distance; })
-            line += entry.query_distance ? "  (answers within a query distance)" : "";
-        if constexpr (requires { entry.is_default; }) line += entry.is_default ? "  (default)" : "";
-        fmt::print("{}\n", line);
-        if constexpr (requires { entry.meaning; }) fmt::print("      {}\n", entry.meaning);
-        if constexpr (requires { entry.without_tissue; }) {
-            for (const std::string& elsewhere : {entry.without_tissue, entry.same_as}) {
-                if (!elsewhere.empty()) fmt::print("      {}\n", elsewhere);
-            }
+    for (const Json& method : methods) {
+        if (!method.at("available").get<bool>()) {
+            fmt::print("  {:<16} absent ({})\n", text_in(method, "name"), text_in(method, "reason"));
+            continue;
         }
-        print_parameters(entry.parameters);
+        std::string line = fmt::format("  {:<16} {} {}", text_in(method, "name"), text_in(method, "library"),
+                                       text_in(method, "version"));
+        if (method.contains("table_row")) line += fmt::format("  (Table 2.1: {})", text_in(method, "table_row"));
+        if (method.value("query_distance", false)) line += "  (answers within a query distance)";
+        if (method.value("default", false)) line += "  (default)";
+        fmt::print("{}\n", line);
+        for (const char* words : {"meaning", "without_tissue", "same_as"}) {
+            if (!text_in(method, words).empty()) fmt::print("      {}\n", text_in(method, words));
+        }
+        print_parameters(method.at("parameters"));
     }
-    for (const AbsentMethod& entry : absent) fmt::print("  {:<16} absent ({})\n", entry.name, entry.reason);
 }
 
 }  // namespace
 
 int list(const CommonOptions& common, const ListOptions& /*options*/) {
     const Registry& all = registry();
-    if (!common.json) {
-        print_section("Detectors", all.detectors(), all.absent_detectors());
-        print_section("Contact generators", all.contact_generators(), {});
-        print_section("Responses", all.responses(), all.absent_responses());
-        print_section("Steppers", all.steppers(), {});
-        fmt::print("Generated scenes (of a study)\n");
-        for (const GeneratedSceneEntry& entry : generated_scenes()) {
-            fmt::print("  {}\n      {}\n", entry.name, entry.meaning);
-            print_parameters(entry.parameters);
-        }
-        fmt::print("Device (of a run, the same for every response)\n");
-        print_parameters(device_parameters());
-        return done;
-    }
-    Json detectors = Json::array();
-    Json responses = Json::array();
-    for (const DetectorEntry& entry : all.detectors()) detectors.push_back(present_json(entry));
-    for (const AbsentMethod& entry : all.absent_detectors()) detectors.push_back(absent_json(entry, true));
-    for (const ResponseEntry& entry : all.responses()) responses.push_back(present_json(entry));
-    for (const AbsentMethod& entry : all.absent_responses()) responses.push_back(absent_json(entry, false));
-    Json contact_generators = Json::array();
-    Json steppers = Json::array();
-    for (const ContactGeneratorEntry& entry : all.contact_generators())
-        contact_generators.push_back(present_json(entry));
-    for (const StepperEntry& entry : all.steppers()) steppers.push_back(present_json(entry));
     Json generated = Json::array();
     for (const GeneratedSceneEntry& entry : generated_scenes()) {
         generated.push_back(
             {{"name", entry.name}, {"meaning", entry.meaning}, {"parameters", parameters_json(entry.parameters)}});
     }
-    const Json document{{"detectors", detectors},
-                        {"responses", responses},
-                        {"contact_generators", contact_generators},
-                        {"steppers", steppers},
+    const Json document{{"detectors", section_json(all.detectors(), all.absent_detectors())},
+                        {"responses", section_json(all.responses(), all.absent_responses())},
+                        {"contact_generators", section_json(all.contact_generators())},
+                        {"steppers", section_json(all.steppers())},
                         {"generated_scenes", generated},
                         {"device", {{"parameters", parameters_json(device_parameters())}}}};
-    fmt::print("{}\n", document.dump());
+    if (common.json) {
+        fmt::print("{}\n", document.dump());
+        return done;
+    }
+    print_section("Detectors", document["detectors"]);
+    print_section("Contact generators", document["contact_generators"]);
+    print_section("Responses", document["responses"]);
+    print_section("Steppers", document["steppers"]);
+    fmt::print("Generated scenes (of a study)\n");
+    for (const Json& scene : generated) {
+        fmt::print("  {}\n      {}\n", text_in(scene, "name"), text_in(scene, "meaning"));
+        print_parameters(scene["parameters"]);
+    }
+    fmt::print("Device (of a run, the same for every response)\n");
+    print_parameters(document["device"]["parameters"]);
     return done;
 }
 

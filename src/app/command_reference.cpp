@@ -2,11 +2,13 @@
 // checks whether they still belong to them.
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
@@ -19,33 +21,27 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 const char* word_of(ReferenceState state) {
-    switch (state) {
-        case ReferenceState::present:
-            return "present";
-        case ReferenceState::stale:
-            return "stale";
-        default:
-            return "missing";
-    }
+    static constexpr std::array words{"present", "missing", "stale"};
+    return words.at(static_cast<std::size_t>(state));
 }
 
 Json solution_json(const ReferenceSolution& solution) {
-    const auto number = [](double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); };
-    return {{"available", solution.available},
-            {"reason", solution.reason},
-            {"until", number(solution.until)},
-            {"residual", number(solution.residual)},
-            {"order_time_step", number(solution.order_time_step)},
-            {"order_stiffness", number(solution.order_stiffness)},
-            {"force_bound", number(solution.force_bound)},
-            {"impulse_bound", number(solution.impulse_bound)},
-            {"position_bound", number(solution.position_bound)},
-            {"max_strain", number(solution.max_strain)},
-            {"max_strain_time", number(solution.max_strain_time)},
-            {"final_strain", number(solution.final_strain)},
-            {"strain_range", Json::array({number(solution.strain_range[0]), number(solution.strain_range[1])})},
-            {"clears_within_strain_limit",
-             solution.clears_within_strain_limit ? Json(*solution.clears_within_strain_limit) : Json(nullptr)}};
+    return {
+        {"available", solution.available},
+        {"reason", solution.reason},
+        {"until", json_number(solution.until)},
+        {"residual", json_number(solution.residual)},
+        {"order_time_step", json_number(solution.order_time_step)},
+        {"order_stiffness", json_number(solution.order_stiffness)},
+        {"force_bound", json_number(solution.force_bound)},
+        {"impulse_bound", json_number(solution.impulse_bound)},
+        {"position_bound", json_number(solution.position_bound)},
+        {"max_strain", json_number(solution.max_strain)},
+        {"max_strain_time", json_number(solution.max_strain_time)},
+        {"final_strain", json_number(solution.final_strain)},
+        {"strain_range", Json::array({json_number(solution.strain_range[0]), json_number(solution.strain_range[1])})},
+        {"clears_within_strain_limit",
+         solution.clears_within_strain_limit ? Json(*solution.clears_within_strain_limit) : Json(nullptr)}};
 }
 
 Reference computed(const Scene& scene, const ReferenceOptions& options) {

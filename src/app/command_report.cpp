@@ -2,10 +2,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "app/worst_tick.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
@@ -48,7 +48,7 @@ int compare(const CommonOptions& common, const ReportOptions& options) {
                                {"figure", change.figure},
                                {"before", change.before},
                                {"after", change.after},
-                               {"relative", std::isfinite(change.size) ? Json(change.size) : Json(nullptr)}});
+                               {"relative", json_number(change.size)}});
         }
         const Json document{{"directory", options.directory.string()},
                             {"against", options.against->string()},

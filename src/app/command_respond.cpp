@@ -7,7 +7,6 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <vector>
 
 #include "app/commands.hpp"
 #include "app/respond_laws.hpp"

@@ -8,7 +8,6 @@
 
 #include "app/commands.hpp"
 #include "app/json_values.hpp"
-#include "app/progress.hpp"
 #include "app/run_choice.hpp"
 #include "app/step_report.hpp"
 #include "geometry/input_error.hpp"
@@ -243,21 +242,19 @@ int run(const CommonOptions& common, const RunOptions& options) {
     std::optional<RecordingWriter> recording;
     if (options.record) recording.emplace(*options.record, scene.topology, scene.dt);
     Record record;
+    bool stopped = false;
     {
-        const InterruptHeld held;
+        SignalsHeld signals;
         Progress progress("tick", spec.ticks);
         RunLimits limits;
         limits.allow_unstable_step = options.unstable_step == "allow";
-        limits.progress = [&](std::int64_t done) {
-            progress.show(done);
-            return !interrupt_asked();
-        };
+        limits.progress = until_interrupted(progress, signals, stopped);
         limits.observe = [&](const Simulation& simulation, const StepRow&) {
             if (recording && simulation.outcome().ok()) recording->write(simulation.seen());
         };
         record = run_closed_loop(scene, spec, limits);
     }
-    if (interrupt_asked()) {
+    if (stopped) {
         const std::string reported = fmt::format("interrupted after {} of {} ticks", record.rows.size(), spec.ticks);
         fmt::print(stderr, "trocar: {}\n", reported);
         if (common.json) {

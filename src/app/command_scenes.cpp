@@ -63,41 +63,21 @@ std::string description_of(const std::filesystem::path& file) {
 }
 
 struct SceneLine {
-    std::string name;
     std::filesystem::path file;
-    std::string pair_class;
-    std::int64_t bodies = -1;  ///< -1: not known, the data is missing
-    std::int64_t triangles = -1;
-    std::int64_t ticks = 0;
-    double dt = 0.0;  ///< s
     std::string description;
+    SceneFacts facts;
+    [[nodiscard]] std::string name() const { return file.stem().string(); }
 };
 
-SceneLine line_of(const std::filesystem::path& file, const CommonOptions& common) {
-    SceneLine line;
-    line.name = file.stem().string();
-    line.file = file;
-    line.description = description_of(file);
-    if (lacks_data(file, common.data)) return line;
-    const Scene scene = read_scene(file, common.data);
-    const SceneFacts facts = facts_of(scene);
-    line.pair_class = facts.pair_class;
-    line.bodies = scene.topology.body_count();
-    line.triangles = facts.triangles;
-    line.ticks = facts.ticks;
-    line.dt = facts.dt;
-    return line;
-}
-
 Json json_of(const SceneLine& line) {
-    const bool known = line.bodies >= 0;
-    return {{"name", line.name},
+    const auto known = [&line](const auto& value) { return line.facts.lacks_data ? Json(nullptr) : Json(value); };
+    return {{"name", line.name()},
             {"file", line.file.string()},
-            {"class", known ? Json(line.pair_class) : Json(nullptr)},
-            {"bodies", known ? Json(line.bodies) : Json(nullptr)},
-            {"triangles", known ? Json(line.triangles) : Json(nullptr)},
-            {"ticks", known ? Json(line.ticks) : Json(nullptr)},
-            {"dt", known ? Json(line.dt) : Json(nullptr)},
+            {"class", known(line.facts.pair_class)},
+            {"bodies", known(line.facts.bodies)},
+            {"triangles", known(line.facts.triangles)},
+            {"ticks", known(line.facts.ticks)},
+            {"dt", known(line.facts.dt)},
             {"description", line.description}};
 }
 
@@ -111,7 +91,9 @@ int scenes(const CommonOptions& common, const ScenesOptions& options) {
     }
     std::vector<SceneLine> lines;
     lines.reserve(files.size());
-    for (const std::filesystem::path& file : files) lines.push_back(line_of(file, common));
+    for (const std::filesystem::path& file : files) {
+        lines.push_back({file, description_of(file), read_scene_facts(file, common.data)});
+    }
     if (common.json) {
         Json list = Json::array();
         for (const SceneLine& line : lines) list.push_back(json_of(line));
@@ -121,19 +103,16 @@ int scenes(const CommonOptions& common, const ScenesOptions& options) {
     std::size_t name_width = 4;
     std::size_t class_width = 5;
     for (const SceneLine& line : lines) {
-        name_width = std::max(name_width, line.name.size());
-        class_width = std::max(class_width, line.pair_class.size());
+        name_width = std::max(name_width, line.name().size());
+        class_width = std::max(class_width, line.facts.pair_class.size());
     }
     fmt::print("{:<{}}  {:<{}}  bodies  triangles  shows\n", "name", name_width, "class", class_width);
     for (const SceneLine& line : lines) {
-        const std::string shows = first_sentence(line.description);
-        if (line.bodies < 0) {
-            fmt::print("{:<{}}  {:<{}}  {:>6}  {:>9}  {} (no data: --data or $TROCAR_DATA)\n", line.name, name_width,
-                       "-", class_width, "-", "-", shows);
-        } else {
-            fmt::print("{:<{}}  {:<{}}  {:>6}  {:>9}  {}\n", line.name, name_width, line.pair_class, class_width,
-                       line.bodies, line.triangles, shows);
-        }
+        const bool known = !line.facts.lacks_data;
+        fmt::print("{:<{}}  {:<{}}  {:>6}  {:>9}  {}{}\n", line.name(), name_width, known ? line.facts.pair_class : "-",
+                   class_width, known ? std::to_string(line.facts.bodies) : "-",
+                   known ? std::to_string(line.facts.triangles) : "-", first_sentence(line.description),
+                   known ? "" : " (no data: --data or $TROCAR_DATA)");
     }
     return done;
 }

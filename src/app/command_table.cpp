@@ -1,10 +1,10 @@
 // `trocar table`: a table for a paper out of stored records, on standard output, or all of them as a database.
 #include <fmt/format.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "report/report.hpp"
 #include "report/run_database.hpp"
 #include "report/table_choice.hpp"
@@ -24,11 +24,7 @@ void print_json(const ChosenTable& table) {
     for (const std::vector<ChosenCell>& row : table.rows) {
         Json cells = Json::array();
         for (std::size_t c = 0; c < row.size(); ++c) {
-            if (!table.columns[c].number) {
-                cells.push_back(row[c].word);
-            } else {
-                cells.push_back(std::isfinite(row[c].number) ? Json(row[c].number) : Json(nullptr));
-            }
+            cells.push_back(table.columns[c].number ? json_number(row[c].number) : Json(row[c].word));
         }
         document["rows"].push_back(std::move(cells));
     }

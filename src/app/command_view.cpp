@@ -40,17 +40,12 @@ ViewProgress shared_progress(std::int64_t ticks) {
 }
 
 ViewPage view_of_scene(const CommonOptions& common, const ViewOptions& options) {
-    const std::vector<std::string> responses =
-        options.responses.empty() ? std::vector<std::string>{"unilateral"} : options.responses;
+    MethodChoice methods = options.methods;
     std::vector<RunSpec> specs;
-    specs.reserve(responses.size());
-    for (const std::string& response : responses) {
-        specs.push_back(spec_of(MethodChoice{.detector = options.detector,
-                                             .response = response,
-                                             .contacts = options.contacts,
-                                             .stepper = options.stepper,
-                                             .device = {},
-                                             .query_distance_margin = {}}));
+    if (options.responses.empty()) specs.push_back(spec_of(methods));
+    for (const std::string& response : options.responses) {
+        methods.response = response;
+        specs.push_back(spec_of(methods));
     }
     check_ticks(options.ticks);
     const Scene scene = read_scene(options.inputs.front(), common.data);

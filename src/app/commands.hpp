@@ -73,10 +73,8 @@ int run(const CommonOptions& common, const RunOptions& options);
 
 struct ViewOptions {
     std::vector<std::filesystem::path> inputs;  ///< one scene, one recording, or report folders
-    std::vector<std::string> responses;         ///< empty: hold; for a report: ours and the best other
-    std::string detector = "ohc_clustered";
-    std::string contacts;  ///< contact generator; empty: each response's default
-    std::string stepper;   ///< NAME[:key=value…]; empty: the default one
+    std::vector<std::string> responses;         ///< empty: the default; for a report: ours and the best other
+    MethodChoice methods;                       ///< of a scene, but for the response
     std::optional<std::int64_t> ticks;
     std::string scene;   ///< for a report: scene name or file
     bool pages = false;  ///< create a page for every scene of a report, in its folder

@@ -97,24 +97,15 @@ IsolatedResult call_isolated(const std::function<std::string()>& work, double ti
     int status = 0;
     while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
     }
-    IsolatedResult result;
-    if (!in_time) {
-        result.kind = IsolatedResult::Kind::timed_out;
-        result.message = fmt::format("no answer within {:g} s", time_limit_s);
-        return result;
-    }
+    if (!in_time) return {.outcome = {OutcomeKind::timed_out, fmt::format("no answer within {:g} s", time_limit_s)}};
     std::uint64_t size = 0;
     const bool has_size = bytes.size() >= sizeof size;
     if (has_size) std::memcpy(&size, bytes.data(), sizeof size);
-    if (has_size && bytes.size() - sizeof size == size) {
-        result.kind = IsolatedResult::Kind::complete;
-        result.bytes = bytes.substr(sizeof size);
-    } else if (WIFSIGNALED(status)) {
-        result.message = fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
-    } else {
-        result.message = fmt::format("exit status {} without an answer", WEXITSTATUS(status));
-    }
-    return result;
+    if (has_size && bytes.size() - sizeof size == size) return {.outcome = {}, .bytes = bytes.substr(sizeof size)};
+    const std::string end = WIFSIGNALED(status)
+                                ? fmt::format("signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)))
+                                : fmt::format("exit status {} without an answer", WEXITSTATUS(status));
+    return {.outcome = {OutcomeKind::crashed, end}};
 }
 
 }  // namespace trocar::app

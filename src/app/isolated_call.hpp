@@ -4,13 +4,13 @@
 #include <functional>
 #include <string>
 
+#include "contact/outcome.hpp"
+
 namespace trocar::app {
 
 struct IsolatedResult {
-    enum class Kind { complete, crashed, timed_out };
-    Kind kind = Kind::crashed;
-    std::string bytes;    ///< return value of `work`, when complete
-    std::string message;  ///< reason, otherwise
+    Outcome outcome = {};    ///< ok, crashed or timed_out, with the reason
+    std::string bytes = {};  ///< return value of `work`, when ok
 };
 
 /// Calls `work` in a forked child for at most `time_limit_s` seconds; its output goes to stderr. Precondition: the

@@ -31,9 +31,8 @@ void Progress::show(std::int64_t done, const std::string& what) {
     if (now - reported_ < between) return;
     reported_ = now;
     const double elapsed = std::chrono::duration<double>(now - start_).count();
-    std::string line = total_ > 0 ? fmt::format("{} {} of {}, {}", unit_, done, total_, duration_text(elapsed))
-                                  : fmt::format("{} {}, {}", unit_, done, duration_text(elapsed));
-    if (total_ > 0 && done > found_) {
+    std::string line = fmt::format("{} {} of {}, {}", unit_, done, total_, duration_text(elapsed));
+    if (done > found_) {
         const double left = elapsed * static_cast<double>(total_ - done) / static_cast<double>(done - found_);
         line += fmt::format(", about {} left", duration_text(left));
     }

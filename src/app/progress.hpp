@@ -9,7 +9,7 @@ namespace trocar::app {
 
 class Progress {
 public:
-    /// `unit`: counted item, singular. `total`: number of items; 0: unknown.
+    /// `unit`: counted item, singular. `total`: number of items.
     Progress(std::string unit, std::int64_t total);
     ~Progress();
     Progress(const Progress&) = delete;

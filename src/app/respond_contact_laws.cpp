@@ -1,6 +1,5 @@
 // The equations of the thesis on one case each, and how forces are gathered and shared out.
 #include <array>
-#include <optional>
 
 #include "app/respond_input.hpp"
 #include "geometry/crossing.hpp"
@@ -17,16 +16,26 @@ Json to_json_list(const List& list) {
 }
 
 /// Outer normal, or a fault: no law of a face can be asked of a triangle without area.
-Vector3 normal_of(const Input& input, const std::string& key, const Corners& triangle) {
+Vector3 normal_of(const CaseInput& input, const std::string& key, const Corners& triangle) {
     Vector3 n = equations::unit_normal(triangle);
     if (n.isZero(0.0)) input.fault(key, "a triangle with an area", "three corners on a line");
     return n;
 }
 
+/// The mean of the stiffnesses under `key`, which is reported as k_average, else k; unset without either.
+double stiffness_of(const CaseInput& input, const std::string& key, LawAnswer& answer) {
+    if (!input.has(key)) return input.not_negative("k", unset);
+    const std::vector<double> springs = input.numbers(key);
+    if (springs.empty()) input.fault(key, "at least one stiffness", "none");
+    const double k = equations::mean_stiffness(springs);
+    answer.values["k_average"] = k;
+    return k;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------- 3.4 instrument to instrument, vertex in face
-LawAnswer vertex_in_instrument(const Input& input) {
+LawAnswer vertex_in_instrument(const CaseInput& input) {
     const std::string key1 = input.one_of({"tri1", "tri_instrument"});
     const Corners tri1 = input.corners(key1);
     const Corners tri2 = input.corners(input.one_of({"tri2", "tri_rigid"}));
@@ -61,7 +70,7 @@ LawAnswer vertex_in_instrument(const Input& input) {
 }
 
 // ---------------------------------------------------------------- 3.5, 3.9 edges cross
-LawAnswer edges_cross(const Input& input) {
+LawAnswer edges_cross(const CaseInput& input) {
     const Corners tri1 = input.corners(input.one_of({"tri1", "tri_instrument"}));
     const Corners tri2 = input.corners(input.one_of({"tri2", "tri_tissue", "tri_rigid"}));
     const Crossing crossing = cross_triangles(tri1, tri2);
@@ -73,17 +82,8 @@ LawAnswer edges_cross(const Input& input) {
                      {"A2", pair.second},
                      {"A1_A2_distance", pair.distance}};
     if (crossing.kind != CrossingKind::crossing) answer.message = "the triangles do not cross: no force";
-    double k = unset;
-    if (input.has("k_edges_tissue_triangle")) {
-        const std::vector<double> edges = input.numbers("k_edges_tissue_triangle");
-        if (edges.empty()) input.fault("k_edges_tissue_triangle", "at least one stiffness", "none");
-        k = equations::mean_stiffness(edges);
-        answer.values["k_average"] = k;
-    } else if (input.has("k")) {
-        k = input.not_negative("k");
-    } else {
-        return answer;
-    }
+    const double k = stiffness_of(input, "k_edges_tissue_triangle", answer);
+    if (std::isnan(k)) return answer;
     const Vector3 force = equations::edge_crossing(k, crossing.length, crossing.direction);
     answer.values["F_magnitude"] = force.norm();
     answer.values["F_on_A2"] = to_json(force);
@@ -92,7 +92,7 @@ LawAnswer edges_cross(const Input& input) {
 }
 
 // ---------------------------------------------------------------- 3.6 instrument corner in tissue face
-LawAnswer instrument_in_tissue(const Input& input) {
+LawAnswer instrument_in_tissue(const CaseInput& input) {
     const std::string key1 = input.one_of({"tri_instrument", "tri1"});
     const std::string key2 = input.one_of({"tri_tissue", "tri2"});
     const Corners tool = input.corners(key1);
@@ -104,17 +104,8 @@ LawAnswer instrument_in_tissue(const Input& input) {
     const double depth = depths[at(a1)];
     LawAnswer answer;
     answer.values = {{"A1", a1}, {"A2", a2}, {"depth", depth}, {"n", to_json(n)}};
-    double k = unset;
-    if (input.has("k_springs_at_A2")) {
-        const std::vector<double> springs = input.numbers("k_springs_at_A2");
-        if (springs.empty()) input.fault("k_springs_at_A2", "at least one stiffness", "none");
-        k = equations::mean_stiffness(springs);
-        answer.values["k_average"] = k;
-    } else if (input.has("k")) {
-        k = input.not_negative("k");
-    } else {
-        return answer;
-    }
+    const double k = stiffness_of(input, "k_springs_at_A2", answer);
+    if (std::isnan(k)) return answer;
     const double mu = input.not_negative("mu", 0.0);
     const Vector3 v1 = input.velocities({"vel_instrument", "vel1"})[at(a1)];
     const Vector3 v2 = input.velocities({"vel_tissue", "vel2"})[at(a2)];
@@ -135,7 +126,7 @@ LawAnswer instrument_in_tissue(const Input& input) {
 }
 
 // ---------------------------------------------------------------- 3.7-3.8, 3.10-3.11 projection
-LawAnswer projection(const Input& input, bool rigid) {
+LawAnswer projection(const CaseInput& input, bool rigid) {
     const std::string key = rigid ? input.one_of({"tri_rigid", "tri1"}) : input.one_of({"tri_instrument", "tri1"});
     const Corners face = input.corners(key);
     const Vector3 n = normal_of(input, key, face);
@@ -170,7 +161,7 @@ LawAnswer projection(const Input& input, bool rigid) {
     return answer;
 }
 
-LawAnswer equilibrium(const Input& input) {
+LawAnswer equilibrium(const CaseInput& input) {
     const Vector3 position = input.vector("A2");
     const std::vector<Vector3> neighbours = input.vectors("neighbours");
     const auto sized = [&](const std::string& key, double otherwise) {
@@ -200,7 +191,7 @@ LawAnswer equilibrium(const Input& input) {
 }
 
 // ---------------------------------------------------------------- 3.12-3.17 tissue to tissue
-LawAnswer tissue_exchange(const Input& input) {
+LawAnswer tissue_exchange(const CaseInput& input) {
     const double m1 = input.positive("m1");
     const double m2 = input.positive("m2");
     const Vector3 v1 = input.vector("V1");
@@ -226,7 +217,7 @@ LawAnswer tissue_exchange(const Input& input) {
 }
 
 // ---------------------------------------------------------------- wrench, distribute
-LawAnswer wrench(const Input& input) {
+LawAnswer wrench(const CaseInput& input) {
     const Vector3 tip = input.vector("tip");
     const std::vector<Vector3> points = input.vectors("points");
     const std::vector<Vector3> forces = input.vectors("forces");
@@ -246,7 +237,7 @@ LawAnswer wrench(const Input& input) {
     return answer;
 }
 
-LawAnswer distribution(const Input& input) {
+LawAnswer distribution(const CaseInput& input) {
     const Corners tri = input.corners(input.one_of({"tri", "tri1"}));
     const Vector3 weights = closest_point_on_triangle(tri, input.vector("point"));
     LawAnswer answer;

@@ -1,8 +1,6 @@
 // Laws of what moves: rest, oscillation, preload and the limits of the step, each by the tissue integrator itself
 // beside its closed form.
 #include <array>
-#include <numeric>
-#include <optional>
 
 #include "app/respond_input.hpp"
 #include "tissue/mass_spring.hpp"
@@ -70,10 +68,17 @@ ContactForceLaw plane_contact(const Vector3& normal, double gap, double k, doubl
     return contact;
 }
 
+LawAnswer answer_at_rest(bool settled) {
+    LawAnswer answer;
+    answer.sound = settled;
+    if (!settled) answer.message = "the mass did not come to rest";
+    return answer;
+}
+
 }  // namespace
 
 // ---------------------------------------------------------------- static
-LawAnswer mass_on_plane(const Input& input) {
+LawAnswer mass_on_plane(const CaseInput& input) {
     const double m = input.positive("m");
     const double g = input.number("g", 9.81);
     const double k_contact = input.positive("k_contact");
@@ -99,14 +104,10 @@ LawAnswer mass_on_plane(const Input& input) {
     System system(points, m, pinned, springs, drag);
     system.output.held_force(2, 0) = -m * g;
     const double mu = input.not_negative("mu", 0.0);
-    LawAnswer answer;
-    if (!settle(system, dt, [&](std::vector<ContactForceLaw>& contacts) {
-            const double gap = system.frame.position(2, 0) - plane;
-            if (gap < 0.0) contacts.push_back(plane_contact(Vector3::UnitZ(), gap, k_contact, mu));
-        })) {
-        answer.sound = false;
-        answer.message = "the mass did not come to rest";
-    }
+    LawAnswer answer = answer_at_rest(settle(system, dt, [&](std::vector<ContactForceLaw>& contacts) {
+        const double gap = system.frame.position(2, 0) - plane;
+        if (gap < 0.0) contacts.push_back(plane_contact(Vector3::UnitZ(), gap, k_contact, mu));
+    }));
     const double z = system.frame.position(2, 0);
     const double depth = std::max(plane - z, 0.0);
     answer.values = {{"depth", depth}, {"contact_force", k_contact * depth}, {"z", z}, {"in_contact", depth > 0.0}};
@@ -121,7 +122,7 @@ LawAnswer mass_on_plane(const Input& input) {
     return answer;
 }
 
-LawAnswer springs_in_series(const Input& input) {
+LawAnswer springs_in_series(const CaseInput& input) {
     const double k_tissue = input.positive("k_tissue");
     const double k_contact = input.positive("k_contact");
     const double total = input.not_negative("indentation_total");
@@ -132,14 +133,10 @@ LawAnswer springs_in_series(const Input& input) {
     const double dt = 0.1 * std::sqrt(m / k_tissue);  // the critical drag asks for the same
     System system({Vector3::Zero(), Vector3(0.0, 0.0, -length)}, m, {0, 1},
                   {Spring{.i = 0, .j = 1, .rest = length, .k = k_tissue}}, drag);
-    LawAnswer answer;
-    if (!settle(system, dt, [&](std::vector<ContactForceLaw>& contacts) {
-            const double gap = -total - system.frame.position(2, 0);
-            if (gap <= 0.0) contacts.push_back(plane_contact(-Vector3::UnitZ(), gap, k_contact, 0.0));
-        })) {
-        answer.sound = false;
-        answer.message = "the mass did not come to rest";
-    }
+    LawAnswer answer = answer_at_rest(settle(system, dt, [&](std::vector<ContactForceLaw>& contacts) {
+        const double gap = -total - system.frame.position(2, 0);
+        if (gap <= 0.0) contacts.push_back(plane_contact(-Vector3::UnitZ(), gap, k_contact, 0.0));
+    }));
     const double depth = std::max(total + system.frame.position(2, 0), 0.0);
     answer.values = {{"force", k_contact * depth}, {"contact_depth", depth}};
     return answer;
@@ -181,7 +178,7 @@ System oscillator(double m, double k, double c, double x0, double v0) {
 
 }  // namespace
 
-LawAnswer oscillation(const Input& input, const Json& expected) {
+LawAnswer oscillation(const CaseInput& input, const Json& expected) {
     const double m = input.positive("m");
     const double k = input.not_negative("k");
     const double c = input.not_negative("c", 0.0);
@@ -256,7 +253,7 @@ LawAnswer oscillation(const Input& input, const Json& expected) {
     return answer;
 }
 
-LawAnswer oscillation_energy(const Input& input) {
+LawAnswer oscillation_energy(const CaseInput& input) {
     const double m = input.positive("m");
     const double k = input.positive("k");
     const double c = input.not_negative("c", 0.0);
@@ -321,7 +318,7 @@ LawAnswer oscillation_energy(const Input& input) {
 }
 
 // ---------------------------------------------------------------- preload
-LawAnswer preloaded_pair(const Input& input) {
+LawAnswer preloaded_pair(const CaseInput& input) {
     const double k = input.positive("k");
     const double length = input.positive("L");
     const double rest = input.not_negative("rest_length");
@@ -394,15 +391,14 @@ LawAnswer step_limits(System system, double damping_rate) {
 
 }  // namespace
 
-LawAnswer chain_limits(const Input& input) {
+LawAnswer chain_limits(const CaseInput& input) {
     const auto n = static_cast<Index>(input.count("N", 1000));
     const double k = input.positive("k");
     const double m = input.positive("m");
     const std::string ends = input.has("ends")
                                  ? input.word("ends", {"fixed-fixed", "fixed-free", "free-fixed", "free-free"})
                                  : "fixed-fixed";
-    const double damping =
-        input.has("damping_per_mass") ? input.not_negative("damping_per_mass") : input.not_negative("damping", 0.0);
+    const double damping = input.not_negative(input.has("damping_per_mass") ? "damping_per_mass" : "damping", 0.0);
     const double spacing = input.has("spacing") ? input.positive("spacing") : 1.0;
     const double ratio = input.not_negative("rest_length_over_length", 1.0);
     const bool fixed_first = ends.starts_with("fixed");
@@ -419,15 +415,14 @@ LawAnswer chain_limits(const Input& input) {
     return step_limits(System(points, m, pinned, springs, damping), damping / m);
 }
 
-LawAnswer sheet_limits(const Input& input) {
+LawAnswer sheet_limits(const CaseInput& input) {
     const auto n = static_cast<Index>(input.count("n", 150));
     const double spacing = input.positive("spacing");
     const double k = input.positive("k");
     const double m = input.positive("m");
     const bool fixed = input.has("boundary") && input.word("boundary", {"free", "boundary fixed", "fixed"}) != "free";
     const double ratio = input.not_negative("rest_length_over_length", 1.0);
-    const double damping =
-        input.has("damping_per_mass") ? input.not_negative("damping_per_mass") : input.not_negative("damping", 0.0);
+    const double damping = input.not_negative(input.has("damping_per_mass") ? "damping_per_mass" : "damping", 0.0);
     std::vector<Vector3> points;
     std::vector<std::uint8_t> pinned;
     std::vector<Spring> springs;
@@ -455,7 +450,7 @@ LawAnswer sheet_limits(const Input& input) {
     return answer;
 }
 
-LawAnswer contact_limits(const Input& input) {
+LawAnswer contact_limits(const CaseInput& input) {
     const double k_tissue = input.not_negative("k_tissue_sum");
     const double k_contact = input.not_negative("k_contact");
     const double m = input.positive("m");

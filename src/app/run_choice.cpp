@@ -9,27 +9,11 @@
 namespace trocar::app {
 namespace {
 
-volatile std::sig_atomic_t asked = 0;
-
 /// Method text with its parameters in alphabetical order, after checking that it can be made.
-std::string checked_detector(const std::string& text) {
+std::string checked(const std::string& text, const auto& make) {
     const MethodSpec spec = parse_method(text);
-    make_detector(spec.name, spec.parameters);
+    make(spec.name, spec.parameters);
     return spec.text();
-}
-
-std::string checked_response(const std::string& text) {
-    const MethodSpec spec = parse_method(text);
-    make_response(spec.name, spec.parameters);
-    return spec.text();
-}
-
-/// Empty for the default one, which records leave unsaid.
-std::string checked_stepper(const std::string& text) {
-    if (text.empty()) return {};
-    const MethodSpec spec = parse_method(text);
-    make_stepper(spec.name, spec.parameters);
-    return spec.name == registry().default_stepper().name && spec.parameters.empty() ? std::string() : spec.text();
 }
 
 }  // namespace
@@ -37,11 +21,11 @@ std::string checked_stepper(const std::string& text) {
 RunSpec spec_of(const MethodChoice& choice) {
     RunSpec spec;
     spec.mode = "closed_loop";
-    spec.detector = checked_detector(choice.detector);
-    spec.response = checked_response(choice.response);
+    spec.detector = checked(choice.detector, make_detector);
+    spec.response = checked(choice.response, make_response);
     const std::string own = default_contact_generator(parse_method(spec.response));
     spec.contacts = registry().contact_generator(choice.contacts.empty() ? own : choice.contacts).name;
-    spec.stepper = checked_stepper(choice.stepper);
+    if (!choice.stepper.empty()) spec.stepper = stepper_text(choice.stepper);
     spec.device = text_of(read_device(choice.device));
     if (choice.query_distance_margin) {
         if (!(*choice.query_distance_margin > 0.0 && *choice.query_distance_margin <= 100.0)) {
@@ -67,16 +51,12 @@ void set_scene(const Scene& scene, std::optional<std::int64_t> ticks, RunSpec& s
     spec.ticks = ticks.value_or(scene.ticks);
 }
 
-InterruptHeld::InterruptHeld() {
-    struct sigaction action {};
-    action.sa_handler = [](int) { asked = 1; };
-    sigaction(SIGINT, &action, &old_interrupt_);
-    sigaction(SIGTERM, &action, &old_terminate_);
+std::function<bool(std::int64_t)> until_interrupted(Progress& progress, SignalsHeld& signals, bool& stopped) {
+    return [&](std::int64_t done) {
+        progress.show(done);
+        stopped = stopped || signals.take_interruption();
+        return !stopped;
+    };
 }
-InterruptHeld::~InterruptHeld() {
-    sigaction(SIGINT, &old_interrupt_, nullptr);
-    sigaction(SIGTERM, &old_terminate_, nullptr);
-}
-bool interrupt_asked() { return asked != 0; }
 
 }  // namespace trocar::app

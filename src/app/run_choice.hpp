@@ -1,14 +1,15 @@
 // Shared by `run` and `export`: run specification from the command line, and interruption.
 #pragma once
 
-#include <csignal>
 #include <cstdint>
-#include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 
+#include "app/progress.hpp"
 #include "measure/record.hpp"
 #include "scene/scene.hpp"
+#include "study/child_process.hpp"
 
 namespace trocar::app {
 
@@ -33,21 +34,7 @@ void check_ticks(std::optional<std::int64_t> ticks);
 /// Sets name, file, hash and seed of the scene, and its ticks unless `ticks` is given.
 void set_scene(const Scene& scene, std::optional<std::int64_t> ticks, RunSpec& spec);
 
-/// During its lifetime SIGINT and SIGTERM request a stop after the current tick.
-class InterruptHeld {
-public:
-    InterruptHeld();
-    ~InterruptHeld();
-    InterruptHeld(const InterruptHeld&) = delete;
-    InterruptHeld& operator=(const InterruptHeld&) = delete;
-    InterruptHeld(InterruptHeld&&) = delete;
-    InterruptHeld& operator=(InterruptHeld&&) = delete;
-
-private:
-    struct sigaction old_interrupt_ {};
-    struct sigaction old_terminate_ {};
-};
-/// True after such a request.
-bool interrupt_asked();
+/// As RunLimits::progress: shows the number of finished ticks, and stops at SIGINT or SIGTERM, which `stopped` reports.
+std::function<bool(std::int64_t)> until_interrupted(Progress& progress, SignalsHeld& signals, bool& stopped);
 
 }  // namespace trocar::app

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cstdlib>
 #include <set>
-#include <utility>
 
 #include "geometry/input_error.hpp"
+#include "geometry/text.hpp"
 
 namespace trocar::app {
 namespace {
@@ -48,22 +48,6 @@ std::vector<fs::path> files_in(const char* const (&folders)[count]) {
     return files;
 }
 
-/// Levenshtein's distance: letters put in, left out or changed.
-std::size_t edits(const std::string& a, const std::string& b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-    for (std::size_t i = 1; i <= a.size(); ++i) {
-        std::size_t diagonal = row[0];
-        row[0] = i;
-        for (std::size_t j = 1; j <= b.size(); ++j) {
-            const std::size_t changed = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
-            diagonal = row[j];
-            row[j] = std::min({changed, row[j] + 1, row[j - 1] + 1});
-        }
-    }
-    return row[b.size()];
-}
-
 fs::path find(const fs::path& given, const std::vector<fs::path>& files, const std::string& expected) {
     std::error_code ignored;
     if (fs::exists(given, ignored) && !fs::is_directory(given, ignored)) return given;
@@ -81,7 +65,7 @@ fs::path find(const fs::path& given, const std::vector<fs::path>& files, const s
         names.push_back(file.stem().string());
         if (names.back() == word) return file;
     }
-    const std::vector<std::string> near = near_names(word, names);
+    const std::vector<std::string> near = near_names(word, names, 3, 1.0 / 3.0);
     throw InputError(given.string(), "", expected,
                      near.empty() ? "neither" : fmt::format("neither (near: {})", fmt::join(near, ", ")));
 }
@@ -126,21 +110,6 @@ fs::path find_scene(const fs::path& given) {
 
 fs::path find_study(const fs::path& given) {
     return find(given, files_in(study_folders), "a study file, or the name of a study that comes with trocar");
-}
-
-std::vector<std::string> near_names(const std::string& word, const std::vector<std::string>& names) {
-    std::vector<std::pair<std::size_t, std::string>> found;
-    for (const std::string& name : names) {
-        const std::size_t away = edits(word, name);
-        const std::size_t allowed = std::max<std::size_t>(2, std::max(word.size(), name.size()) / 3);
-        const bool holds = word.size() > 2 && name.find(word) != std::string::npos;
-        if (holds || away <= allowed) found.emplace_back(holds ? 0 : away, name);
-    }
-    std::stable_sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
-    std::vector<std::string> near;
-    constexpr std::size_t most = 3;
-    for (std::size_t i = 0; i < std::min(most, found.size()); ++i) near.push_back(found[i].second);
-    return near;
 }
 
 }  // namespace trocar::app

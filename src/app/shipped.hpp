@@ -3,7 +3,6 @@
 #pragma once
 
 #include <filesystem>
-#include <string>
 #include <vector>
 
 namespace trocar::app {
@@ -29,8 +28,5 @@ std::filesystem::path find_scene(const std::filesystem::path& given);
 
 /// Same for a study.
 std::filesystem::path find_study(const std::filesystem::path& given);
-
-/// Up to three of `names` that resemble `word` (small edit distance, or containing it), nearest first.
-std::vector<std::string> near_names(const std::string& word, const std::vector<std::string>& names);
 
 }  // namespace trocar::app

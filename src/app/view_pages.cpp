@@ -68,8 +68,8 @@ std::size_t write_view_pages(const std::filesystem::path& directory, const std::
                     }
                 },
                 time_limit_s);
-            if (result.kind != IsolatedResult::Kind::complete) {
-                why = result.message;
+            if (!result.outcome.ok()) {
+                why = result.outcome.message;
             } else if (result.bytes.starts_with('\n')) {
                 why = result.bytes.substr(1);
             } else {

@@ -6,29 +6,12 @@
 #include <cmath>
 #include <cstring>
 #include <map>
-#include <string_view>
 
+#include "geometry/text.hpp"
 #include "geometry/whole_file.hpp"
 
 namespace trocar {
 namespace {
-
-std::string base64(const std::string& bytes) {
-    constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        std::uint32_t three = 0;
-        for (std::size_t j = 0; j < 3; ++j) {
-            three = three << 8U | (i + j < bytes.size() ? static_cast<unsigned char>(bytes[i + j]) : 0U);
-        }
-        for (std::size_t j = 0; j < 4; ++j) {
-            const bool filled = i + j <= bytes.size();
-            text += filled ? digits[three >> (18 - 6 * j) & 63U] : '=';
-        }
-    }
-    return text;
-}
 
 /// The array's bytes behind their number, as VTK's inline binary wants them.
 template <typename Value>
@@ -40,26 +23,6 @@ std::string inline_binary(const Value* values, std::size_t count) {
     return base64(bytes);
 }
 
-std::string escaped(const std::string& text) {
-    std::string result;
-    for (const char letter : text) {
-        switch (letter) {
-            case '&':
-                result += "&amp;";
-                break;
-            case '<':
-                result += "&lt;";
-                break;
-            case '"':
-                result += "&quot;";
-                break;
-            default:
-                result += letter;
-        }
-    }
-    return result;
-}
-
 template <typename Value>
 std::string array_text(const char* type, const std::string& name, int components, const Value* values,
                        std::size_t count, bool in_field) {
@@ -67,7 +30,7 @@ std::string array_text(const char* type, const std::string& name, int components
         in_field ? fmt::format(" NumberOfTuples=\"{}\"", count / static_cast<std::size_t>(components)) : "";
     return fmt::format(
         "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\"{} format=\"binary\">{}</DataArray>\n", type,
-        escaped(name), components, tuples, inline_binary(values, count));
+        escape_xml(name), components, tuples, inline_binary(values, count));
 }
 
 std::string text_of(const VtkArray& array, bool in_field) {
@@ -86,7 +49,7 @@ std::string text_of(const VtkArray& array, bool in_field) {
         bytes += "0 ";
     }
     return fmt::format("<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"{}\" format=\"ascii\">{}</Array>\n",
-                       escaped(array.name), strings.size(), bytes);
+                       escape_xml(array.name), strings.size(), bytes);
 }
 
 std::string section(const char* tag, const std::vector<VtkArray>& arrays, bool in_field = false) {

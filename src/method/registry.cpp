@@ -254,6 +254,13 @@ std::unique_ptr<ContactGenerator> make_contact_generator(std::string_view name,
     return entry.make(checked_values(entry, method.parameters));
 }
 
+std::string stepper_text(std::string_view text) {
+    const MethodSpec spec = parse_method(text);
+    make_stepper(spec.name, spec.parameters);
+    const bool is_default = spec.name == registry().default_stepper().name && spec.parameters.empty();
+    return is_default ? std::string() : spec.text();
+}
+
 std::unique_ptr<Stepper> make_stepper(std::string_view name, const std::map<std::string, std::string>& parameters) {
     const MethodSpec method = with_parameters(name, parameters);
     const StepperEntry& entry = registry().stepper(method.name);

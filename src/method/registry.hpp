@@ -73,6 +73,9 @@ std::map<std::string, std::string> parse_settings(std::string_view text,
 /// Throws InputError on a malformed text; does not check names and keys.
 MethodSpec parse_method(std::string_view text);
 
+/// Text of a stepper as records have it: checked, and empty for the default one. Throws as make_stepper.
+std::string stepper_text(std::string_view text);
+
 /// name: as for parse_method. Throws InputError for an unknown or absent name or key, or a value out of range.
 std::unique_ptr<Detector> make_detector(std::string_view name,
                                         const std::map<std::string, std::string>& parameters = {});

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 
@@ -132,17 +133,8 @@ RunSpec motion_of(const RunSpec& spec, RunLimits& limits) {
 }  // namespace
 
 const char* name_of(ActingKind kind) {
-    switch (kind) {
-        case ActingKind::found:
-            return "found";
-        case ActingKind::pushed:
-            return "pushed";
-        case ActingKind::held_force:
-            return "held_force";
-        case ActingKind::placed:
-            return "placed";
-    }
-    return "";
+    static constexpr std::array names{"found", "pushed", "held_force", "placed"};
+    return names.at(static_cast<std::size_t>(kind));
 }
 
 double PlayedFrame::deepest_vertex() const {

@@ -275,9 +275,10 @@ void add_detection(Draft& draft) {
     if (fits) draft.add(outcome_matrix(draft, detectors, scenes));
     draft.add(table_of(draft, {.caption = "The same per scene", .mode = "replay", .columns = pair_columns()}));
     if (!fits) return;
-    draft.figure("detection_time", detection_chart(draft, detectors, scenes),
-                 "Time per tick of each detector (update + detect) per scene: mark = median, whisker to the 99 % value "
-                 "where there are 1000 ticks. Red: 1 ms.");
+    draft.drawing(
+        "detection_time", detection_chart(draft, detectors, scenes),
+        "Time per tick of each detector (update + detect) per scene: mark = median, whisker to the 99 % value "
+        "where there are 1000 ticks. Red: 1 ms.");
 }
 
 void add_contacts_and_forces(Draft& draft) {

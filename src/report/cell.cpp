@@ -10,9 +10,7 @@ std::string scaled(double value, double scale, const char* unknown) {
     return std::isnan(value) ? unknown : format_number(value * scale);
 }
 
-std::string count_text(double value, const char* unknown) {
-    return std::isnan(value) ? unknown : fmt::format("{:.0f}", value);
-}
+std::string count_text(double value) { return std::isnan(value) ? unknown_text : fmt::format("{:.0f}", value); }
 
 std::string estimate_text(const Estimate& interval, double scale, const char* unknown) {
     std::string text = scaled(interval.value, scale, unknown);
@@ -25,8 +23,8 @@ std::string two_text(double first, double second, double scale, const char* unkn
     return scaled(first, scale) + " / " + scaled(second, scale);
 }
 
-std::string of_text(double part, double whole, const char* unknown) {
-    return std::isnan(part) || std::isnan(whole) ? unknown : count_text(part) + " of " + count_text(whole);
+std::string of_text(double part, double whole) {
+    return std::isnan(part) || std::isnan(whole) ? unknown_text : count_text(part) + " of " + count_text(whole);
 }
 
 std::string share_text(double part, double whole) {
@@ -54,6 +52,10 @@ void add_cell(Table& table, const Column& column, std::string text) {
     std::vector<std::string>& cells = table.rows.back().cells;
     cells.push_back(std::move(text));
     if (table.columns.size() < cells.size()) table.columns.push_back(column);
+}
+
+void add_number(Table& table, std::string header, std::optional<Metric> metric, std::string text) {
+    add_cell(table, {std::move(header), true, metric}, std::move(text));
 }
 
 TableRow failed_row(std::vector<std::string> cells, const Outcome& outcome, const Table& table) {

@@ -2,6 +2,7 @@
 // run that failed.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,13 +25,13 @@ inline constexpr const char* too_few = "n too small";
 /// Three digits of a value; `unknown` in place of one that is not known.
 std::string scaled(double value, double scale = 1.0, const char* unknown = unknown_text);
 /// A whole number.
-std::string count_text(double value, const char* unknown = unknown_text);
+std::string count_text(double value);
 /// "12.3 [11.9–12.8]"; no brackets for one process.
 std::string estimate_text(const Estimate& interval, double scale, const char* unknown = unknown_text);
 /// "0.12 / 3.40"; `unknown` where neither is known.
 std::string two_text(double first, double second, double scale = 1.0, const char* unknown = unknown_text);
-/// "3 of 1100"; `unknown` where one of them is not known.
-std::string of_text(double part, double whole, const char* unknown = unknown_text);
+/// "3 of 1100"; n/a where one of them is not known.
+std::string of_text(double part, double whole);
 /// "1.000", "0.99987": a ratio below one never rounds to one.
 std::string share_text(double part, double whole);
 std::string yes_no(bool value);
@@ -40,6 +41,8 @@ std::string yes_no(double value, const char* unknown);
 std::string outcome_text(const Outcome& outcome);
 /// Appends a cell to the last row. The first row brings the columns; every row has the same ones, in the same order.
 void add_cell(Table& table, const Column& column, std::string text);
+/// The same for numbers.
+void add_number(Table& table, std::string header, std::optional<Metric> metric, std::string text);
 /// Cells that name a run that failed, with its outcome in place of figures.
 TableRow failed_row(std::vector<std::string> cells, const Outcome& outcome, const Table& table);
 

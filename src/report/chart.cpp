@@ -93,20 +93,49 @@ private:
 constexpr double most_drawn = 1e30;
 constexpr double least_drawn = 1e-30;
 
-/// A logarithmic axis that starts and ends on 1, 2 or 5 times a power of ten.
-class LogAxis {
+double drawn(double value) { return std::clamp(value, -most_drawn, most_drawn); }
+
+/// Linear or logarithmic, from one round number to another.
+class Axis {
 public:
-    LogAxis(double low, double high, double from, double to) : from_(from), to_(to) {
+    /// From 0 (or the lowest value, when negative).
+    static Axis linear(double low, double high, double from, double to) {
+        Axis axis(from, to);
+        if (!(high >= low)) low = high = 0.0;
+        low = drawn(low);
+        high = drawn(high);
+        if (!(high - low > least_drawn)) high = low + std::max(1.0, 1e-6 * std::abs(low));
+        const double raw = (high - low) / 6.0;
+        const double decade = std::pow(10.0, std::floor(std::log10(raw)));
+        axis.step_ = decade * (raw / decade <= 1.0   ? 1.0
+                               : raw / decade <= 2.0 ? 2.0
+                               : raw / decade <= 5.0 ? 5.0
+                                                     : 10.0);
+        axis.low_ = std::floor(low / axis.step_ + 1e-9) * axis.step_;
+        axis.high_ = std::ceil(high / axis.step_ - 1e-9) * axis.step_;
+        return axis;
+    }
+    /// Its ends are 1, 2 or 5 times a power of ten.
+    static Axis logarithmic(double low, double high, double from, double to) {
+        Axis axis(from, to);
         if (!(low > 0.0) || !(high >= low)) low = high = 1.0;
-        low_ = nice(drawn(low) / 1.25, false);
-        high_ = nice(drawn(high) * 1.25, true);
+        axis.low_ = nice(drawn_log(low) / 1.25, false);
+        axis.high_ = nice(drawn_log(high) * 1.25, true);
+        return axis;
     }
     [[nodiscard]] double at(double value) const {
-        return from_ + (to_ - from_) * std::log(drawn(value) / low_) / std::log(high_ / low_);
+        const double path = is_linear() ? drawn(value) - low_ : std::log(drawn_log(value) / low_);
+        return from_ + (to_ - from_) * path / (is_linear() ? high_ - low_ : std::log(high_ / low_));
     }
     /// Values to draw lines at, with a label for the ones that a reader needs.
     [[nodiscard]] std::vector<std::pair<double, std::string>> ticks() const {
         std::vector<std::pair<double, std::string>> list;
+        if (is_linear()) {
+            for (int i = 0; low_ + i * step_ <= high_ + 0.5 * step_; ++i) {
+                list.emplace_back(low_ + i * step_, label(low_ + i * step_));
+            }
+            return list;
+        }
         const bool few = std::log10(high_ / low_) < 2.5;
         for (int decade = static_cast<int>(std::floor(std::log10(low_) + 1e-9));
              std::pow(10.0, decade) <= high_ * 1.0001; ++decade) {
@@ -119,10 +148,12 @@ public:
         }
         return list;
     }
-    static std::string label(double value) { return fmt::format("{:g}", rounded(value, 3)); }
 
 private:
-    static double drawn(double value) { return std::clamp(value, least_drawn, most_drawn); }
+    Axis(double from, double to) : from_(from), to_(to) {}
+    [[nodiscard]] bool is_linear() const { return step_ > 0.0; }
+    static double drawn_log(double value) { return std::clamp(value, least_drawn, most_drawn); }
+    static std::string label(double value) { return fmt::format("{:g}", rounded(value, 3)); }
     static double nice(double value, bool up) {
         const double decade = std::pow(10.0, std::floor(std::log10(value)));
         const double digits = value / decade;
@@ -137,43 +168,37 @@ private:
         }
         return chosen * decade;
     }
+    double from_;
+    double to_;
     double low_ = 1.0;
     double high_ = 10.0;
-    double from_;
-    double to_;
+    double step_ = 0.0;  ///< between lines of a linear axis; 0: logarithmic
 };
 
-/// Linear axis from 0 (or the lowest value, when negative) to a round number.
-class LinearAxis {
-public:
-    LinearAxis(double low, double high, double from, double to) : from_(from), to_(to) {
-        if (!(high >= low)) low = high = 0.0;
-        low = drawn(low);
-        high = drawn(high);
-        if (!(high - low > least_drawn)) high = low + std::max(1.0, 1e-6 * std::abs(low));
-        const double raw = (high - low) / 6.0;
-        const double decade = std::pow(10.0, std::floor(std::log10(raw)));
-        step_ = decade * (raw / decade <= 1.0 ? 1.0 : raw / decade <= 2.0 ? 2.0 : raw / decade <= 5.0 ? 5.0 : 10.0);
-        low_ = std::floor(low / step_ + 1e-9) * step_;
-        high_ = std::ceil(high / step_ - 1e-9) * step_;
+/// Upright lines at the ticks of a horizontal axis, labelled below.
+void draw_grid_over(Canvas& canvas, const Axis& x, double top, double bottom) {
+    for (const auto& [value, label] : x.ticks()) {
+        canvas.line(x.at(value), top, x.at(value), bottom, grid, label.empty() ? 0.5 : 1.0);
+        if (!label.empty()) canvas.text(x.at(value), bottom + 18, label, "middle", soft, 12);
     }
-    [[nodiscard]] double at(double value) const {
-        return from_ + (to_ - from_) * (drawn(value) - low_) / (high_ - low_);
-    }
-    [[nodiscard]] std::vector<double> ticks() const {
-        std::vector<double> list;
-        for (int i = 0; low_ + i * step_ <= high_ + 0.5 * step_; ++i) list.push_back(low_ + i * step_);
-        return list;
-    }
+}
 
-private:
-    static double drawn(double value) { return std::clamp(value, -most_drawn, most_drawn); }
-    double from_;
-    double to_;
-    double low_ = 0.0;
-    double high_ = 1.0;
-    double step_ = 1.0;
-};
+/// Lines at the ticks of an upright axis, labelled to the left.
+void draw_grid_beside(Canvas& canvas, const Axis& y, double left, double right) {
+    for (const auto& [value, label] : y.ticks()) {
+        canvas.line(left, y.at(value), right, y.at(value), grid, label.empty() ? 0.5 : 1.0);
+        if (!label.empty()) canvas.text(left - 8, y.at(value) + 4, label, "end", soft, 12);
+    }
+}
+
+/// Both axes, with their titles.
+void draw_axes(Canvas& canvas, double left, double right, double top, double bottom, const std::string& x_title,
+               const std::string& y_title) {
+    canvas.line(left, bottom, right, bottom, ink);
+    canvas.line(left, top, left, bottom, ink);
+    canvas.text((left + right) / 2, bottom + 42, x_title, "middle");
+    canvas.text_upright(18, (top + bottom) / 2, y_title);
+}
 
 void legend_entry(Canvas& canvas, double x, double y, const MarkStyle& style, const std::string& name) {
     canvas.mark(x, y - 4.5, style, {});
@@ -235,49 +260,43 @@ const std::vector<double>& line_dash(int number) {
     return dashes.at(static_cast<std::size_t>(number) % dashes.size());
 }
 
+ScatterExtent extent_of(const ScatterChart& chart) {
+    ScatterExtent extent;
+    const auto add_x = [&extent](double x) {
+        extent.low_x = std::min(extent.low_x, x);
+        extent.high_x = std::max(extent.high_x, x);
+    };
+    if (chart.x_limit) add_x(*chart.x_limit);
+    for (const ChartSeries& series : chart.series) {
+        for (const ChartPoint& point : series.points) {
+            add_x(point.x);
+            extent.failed = extent.failed || point.failed;
+            extent.zero = extent.zero || (point.y <= 0.0 && !point.failed);
+            if (point.y <= 0.0 || point.failed) continue;
+            extent.low_y = std::min(extent.low_y, point.y);
+            extent.high_y = std::max(extent.high_y, point.y);
+        }
+    }
+    return extent;
+}
+
 std::string draw(const ScatterChart& chart) {
     constexpr double width = 1100;
     constexpr double left = 78;
     constexpr double right = 790;
     constexpr double top = 20;
     const double height = std::max(540.0, top + 40.0 + 20.0 * static_cast<double>(chart.series.size()) + 60.0);
-    double low_x = std::numeric_limits<double>::infinity();
-    double high_x = 0.0;
-    double low_y = low_x;
-    double high_y = 0.0;
-    bool zero = false;
-    bool failed = false;
-    for (const ChartSeries& series : chart.series) {
-        for (const ChartPoint& point : series.points) {
-            low_x = std::min(low_x, point.x);
-            high_x = std::max(high_x, point.x);
-            failed = failed || point.failed;
-            zero = zero || (point.y <= 0.0 && !point.failed);
-            if (point.y <= 0.0 || point.failed) continue;
-            low_y = std::min(low_y, point.y);
-            high_y = std::max(high_y, point.y);
-        }
-    }
-    if (chart.x_limit) {
-        low_x = std::min(low_x, *chart.x_limit);
-        high_x = std::max(high_x, *chart.x_limit);
-    }
+    const auto [low_x, high_x, low_y, high_y, zero, failed] = extent_of(chart);
     const double bottom = height - 56.0;
     const double band = zero ? 44.0 : 0.0;
-    const LogAxis x(low_x, high_x, left, right);
-    const LogAxis y(low_y, high_y, bottom - band, failed ? top + 44.0 : top);
+    const Axis x = Axis::logarithmic(low_x, high_x, left, right);
+    const Axis y = Axis::logarithmic(low_y, high_y, bottom - band, failed ? top + 44.0 : top);
     const auto y_at = [&y, bottom](double value) { return value > 0.0 ? y.at(value) : bottom - 20.0; };
     const auto place_of = [&y_at](const ChartPoint& point) { return point.failed ? top + 18.0 : y_at(point.y); };
 
     Canvas canvas(width, height, chart.y_title + " against " + chart.x_title);
-    for (const auto& [value, label] : x.ticks()) {
-        canvas.line(x.at(value), top, x.at(value), bottom, grid, label.empty() ? 0.5 : 1.0);
-        if (!label.empty()) canvas.text(x.at(value), bottom + 18, label, "middle", soft, 12);
-    }
-    for (const auto& [value, label] : y.ticks()) {
-        canvas.line(left, y.at(value), right, y.at(value), grid, label.empty() ? 0.5 : 1.0);
-        if (!label.empty()) canvas.text(left - 8, y.at(value) + 4, label, "end", soft, 12);
-    }
+    draw_grid_over(canvas, x, top, bottom);
+    draw_grid_beside(canvas, y, left, right);
     if (zero) {
         canvas.rectangle(left, bottom - 38, right - left, 38, "#f0f3f6");
         canvas.line(left, bottom - 38, right, bottom - 38, soft, 1.0, "3 3");
@@ -286,12 +305,9 @@ std::string draw(const ScatterChart& chart) {
     if (failed) {
         canvas.rectangle(left, top, right - left, 36, "#fbeeee");
         canvas.line(left, top + 36, right, top + 36, "#a32020", 1.0, "3 3");
-        canvas.text(left - 8, top + 22, chart.rail, "end", "#a32020", 12);
+        canvas.text(left - 8, top + 22, "failed", "end", "#a32020", 12);
     }
-    canvas.line(left, bottom, right, bottom, ink);
-    canvas.line(left, top, left, bottom, ink);
-    canvas.text((left + right) / 2, height - 14, chart.x_title, "middle");
-    canvas.text_upright(18, (top + bottom) / 2, chart.y_title);
+    draw_axes(canvas, left, right, top, bottom, chart.x_title, chart.y_title);
     if (chart.x_limit) draw_limit(canvas, x.at(*chart.x_limit), failed ? top + 36 : top, bottom, chart.x_limit_name);
 
     std::vector<std::pair<double, double>> stairs;
@@ -374,17 +390,14 @@ std::string draw(const DotChart& chart) {
         }
     }
     if (chart.x_limit) high = std::max(high, *chart.x_limit);
-    const LogAxis x(low, high, left, right);
+    const Axis x = Axis::logarithmic(low, high, left, right);
     Canvas canvas(width, height, chart.x_title + " per scene");
     for (std::size_t i = 0; i < chart.categories.size(); ++i) {
         const double y = top + spacing * static_cast<double>(i);
         if (i % 2 == 0) canvas.rectangle(left, y, right - left, spacing, "#f5f7f9");
         canvas.text(left - 10, y + spacing / 2 + 4, chart.categories[i], "end");
     }
-    for (const auto& [value, label] : x.ticks()) {
-        canvas.line(x.at(value), top, x.at(value), bottom, grid, label.empty() ? 0.5 : 1.0);
-        if (!label.empty()) canvas.text(x.at(value), bottom + 18, label, "middle", soft, 12);
-    }
+    draw_grid_over(canvas, x, top, bottom);
     canvas.line(left, bottom, right, bottom, ink);
     canvas.text((left + right) / 2, bottom + 42, chart.x_title, "middle");
     if (chart.x_limit) draw_limit(canvas, x.at(*chart.x_limit), top, bottom, chart.x_limit_name);
@@ -422,7 +435,7 @@ std::string draw(const BarChart& chart) {
         for (const double part : bar.parts) sum += std::isnan(part) ? 0.0 : part;
         high = std::max(high, sum);
     }
-    const LinearAxis x(0.0, high, left, right);
+    const Axis x = Axis::linear(0.0, high, left, right);
     Canvas canvas(width, bottom + 56, chart.x_title);
     double legend = left;
     for (std::size_t i = 0; i < chart.parts.size(); ++i) {
@@ -430,10 +443,7 @@ std::string draw(const BarChart& chart) {
         canvas.text(legend + 18, top - 19, chart.parts[i], "start", ink, 12);
         legend += 40.0 + 7.5 * static_cast<double>(chart.parts[i].size());
     }
-    for (const double value : x.ticks()) {
-        canvas.line(x.at(value), top, x.at(value), bottom, grid);
-        canvas.text(x.at(value), bottom + 18, LogAxis::label(value), "middle", soft, 12);
-    }
+    draw_grid_over(canvas, x, top, bottom);
     for (std::size_t i = 0; i < chart.bars.size(); ++i) {
         const double y = top + spacing * static_cast<double>(i);
         canvas.text(left - 10, y + 15, chart.bars[i].name, "end", ink, 12);
@@ -474,30 +484,13 @@ std::string draw(const LineChart& chart) {
         }
     }
     if (!(high_x >= low_x)) low_x = high_x = 1.0;
-    const LinearAxis x_linear(low_x, high_x, left, right);
-    const LogAxis x_log(low_x, high_x, left, right);
-    const LinearAxis y(low_y, high_y, bottom, top);
-    const auto x_at = [&](double value) { return chart.log_x ? x_log.at(value) : x_linear.at(value); };
+    const Axis x =
+        chart.log_x ? Axis::logarithmic(low_x, high_x, left, right) : Axis::linear(low_x, high_x, left, right);
+    const Axis y = Axis::linear(low_y, high_y, bottom, top);
     Canvas canvas(width, height, chart.y_title + " over " + chart.x_title);
-    if (chart.log_x) {
-        for (const auto& [value, label] : x_log.ticks()) {
-            canvas.line(x_at(value), top, x_at(value), bottom, grid, label.empty() ? 0.5 : 1.0);
-            if (!label.empty()) canvas.text(x_at(value), bottom + 18, label, "middle", soft, 12);
-        }
-    } else {
-        for (const double value : x_linear.ticks()) {
-            canvas.line(x_at(value), top, x_at(value), bottom, grid);
-            canvas.text(x_at(value), bottom + 18, LogAxis::label(value), "middle", soft, 12);
-        }
-    }
-    for (const double value : y.ticks()) {
-        canvas.line(left, y.at(value), right, y.at(value), grid);
-        canvas.text(left - 8, y.at(value) + 4, LogAxis::label(value), "end", soft, 12);
-    }
-    canvas.line(left, bottom, right, bottom, ink);
-    canvas.line(left, top, left, bottom, ink);
-    canvas.text((left + right) / 2, height - 14, chart.x_title, "middle");
-    canvas.text_upright(18, (top + bottom) / 2, chart.y_title);
+    draw_grid_over(canvas, x, top, bottom);
+    draw_grid_beside(canvas, y, left, right);
+    draw_axes(canvas, left, right, top, bottom, chart.x_title, chart.y_title);
     double legend = top + 12;
     for (const LineChart::Line& line : chart.lines) {
         const std::string dashes = fmt::format("{:g}", fmt::join(line_dash(line.dash), " "));
@@ -509,8 +502,8 @@ std::string draw(const LineChart& chart) {
                 piece.clear();
                 continue;
             }
-            if (chart.steps && !piece.empty()) piece.emplace_back(x_at(px), piece.back().second);
-            piece.emplace_back(x_at(px), y.at(py));
+            if (chart.steps && !piece.empty()) piece.emplace_back(x.at(px), piece.back().second);
+            piece.emplace_back(x.at(px), y.at(py));
         }
         canvas.path(piece, chart_colour(line.colour), 1.8, dash, line.name);
         canvas.line(right + 16, legend - 4, right + 40, legend - 4, chart_colour(line.colour), 2.2, dash);

@@ -53,8 +53,17 @@ struct ScatterChart {
     std::vector<std::pair<double, double>> front;  ///< Pareto front, ascending x
     std::optional<double> x_limit;                 ///< vertical line
     std::string x_limit_name;
-    std::string rail = "failed";  ///< name of the rail of failed points
 };
+/// Range of the points and of the limit. A band of its own has what is exactly 0, a rail what failed.
+struct ScatterExtent {
+    double low_x = std::numeric_limits<double>::infinity();
+    double high_x = 0.0;
+    double low_y = std::numeric_limits<double>::infinity();  ///< of what has a place on the axis
+    double high_y = 0.0;
+    bool zero = false;
+    bool failed = false;
+};
+ScatterExtent extent_of(const ScatterChart& chart);
 std::string draw(const ScatterChart& chart);
 /// JSON for window.trocarCharts.draw (src/web/README.md). Exact 0 and failed points are placed at the end of the
 /// logarithmic axis, with a note in the tooltip.

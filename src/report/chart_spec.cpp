@@ -1,9 +1,7 @@
 // Charts as descriptions that the script of a page draws, so that they answer to the pointer.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 #include <nlohmann/json.hpp>
 
 #include "report/chart.hpp"
@@ -41,23 +39,7 @@ std::string symbol(int shape) {
 
 std::string interactive(const ScatterChart& chart) {
     if (chart.series.empty()) return {};
-    double low = std::numeric_limits<double>::infinity();
-    double high = 0.0;
-    double first = chart.x_limit.value_or(low);
-    double last = chart.x_limit.value_or(high);
-    bool any_zero = false;
-    bool any_failed = false;
-    for (const ChartSeries& series : chart.series) {
-        for (const ChartPoint& point : series.points) {
-            first = std::min(first, point.x);
-            last = std::max(last, point.x);
-            any_failed = any_failed || point.failed;
-            any_zero = any_zero || (point.y <= 0.0 && !point.failed);
-            if (point.failed || point.y <= 0.0) continue;
-            low = std::min(low, point.y);
-            high = std::max(high, point.y);
-        }
-    }
+    auto [first, last, low, high, any_zero, any_failed] = extent_of(chart);
     if (!(high > 0.0)) low = high = 1.0;
     // Room for a rail of its own at either end.
     const double bottom = low / (any_zero ? 5.0 : 1.5);
@@ -79,7 +61,7 @@ std::string interactive(const ScatterChart& chart) {
     }
     Json lines = Json::array();
     if (chart.x_limit) lines.push_back({{"x", *chart.x_limit}, {"name", chart.x_limit_name}});
-    if (any_failed) lines.push_back({{"y", short_number(top)}, {"name", chart.rail}});
+    if (any_failed) lines.push_back({{"y", short_number(top)}, {"name", "failed"}});
     if (any_zero) lines.push_back({{"y", short_number(bottom)}, {"name", "exactly 0"}});
     Json y = axis(chart.y_title, true);
     y["min"] = short_number(bottom);

@@ -88,22 +88,19 @@ std::string missed_text(const ResultSet& results, Metric missed, Metric whole) {
 void add_row(const Loss& loss, Table& table) {
     constexpr Metric depth = Metric::residual_penetration_max_m;
     table.rows.push_back({});
-    const auto add = [&table](const char* header, Metric metric, std::string text) {
-        add_cell(table, {header, true, metric}, std::move(text));
-    };
     add_cell(table, {"detector + response (contact generator)", false}, code(loss.other.label()));
     add_cell(table, {"exact detector", false}, code(loss.exact.detector));
-    add("false negatives of true pairs", Metric::false_negatives,
-        missed_text(loss.to, Metric::false_negatives, Metric::true_pairs));
-    add("proximity false negatives of those within the query distance", Metric::proximity_false_negatives,
-        missed_text(loss.to, Metric::proximity_false_negatives, Metric::true_proximity_pairs));
-    add("residual penetration, max over the scenes (mm)", depth,
-        from_to(loss.from.largest(depth), loss.to.largest(depth), mm));
-    add("largest increase of residual penetration (mm)", depth,
-        most_lost(loss, depth, mm, [](double from, double to) { return to - from; }));
+    add_number(table, "false negatives of true pairs", Metric::false_negatives,
+               missed_text(loss.to, Metric::false_negatives, Metric::true_pairs));
+    add_number(table, "proximity false negatives of those within the query distance", Metric::proximity_false_negatives,
+               missed_text(loss.to, Metric::proximity_false_negatives, Metric::true_proximity_pairs));
+    add_number(table, "residual penetration, max over the scenes (mm)", depth,
+               from_to(loss.from.largest(depth), loss.to.largest(depth), mm));
+    add_number(table, "largest increase of residual penetration (mm)", depth,
+               most_lost(loss, depth, mm, [](double from, double to) { return to - from; }));
     // In either direction: a blind tool shows no force.
-    add("most force changed (N)", Metric::force_max_n,
-        most_lost(loss, Metric::force_max_n, 1.0, [](double from, double to) { return std::abs(to - from); }));
+    add_number(table, "most force changed (N)", Metric::force_max_n,
+               most_lost(loss, Metric::force_max_n, 1.0, [](double from, double to) { return std::abs(to - from); }));
     add_cell(table, {"scenes that move alike", true},
              fmt::format("{} of {}", loss.alike, loss.to.count()) +
                  (loss.failed > 0 ? fmt::format(", fails on {}", loss.failed) : std::string()));
@@ -116,9 +113,6 @@ Table by_scene(const std::vector<Loss>& losses) {
         for (std::size_t i = 0; i < loss.to.count(); ++i) {
             const SceneResult* const result = loss.to.results[i];
             table.rows.push_back({});
-            const auto add = [&](const char* header, Metric metric, const std::string& text) {
-                add_cell(table, {header, true, metric}, text);
-            };
             const auto change = [&](Metric metric, double scale = 1.0) -> std::string {
                 const double from = loss.from.results[i]->first(metric);
                 const double to = result->first(metric);
@@ -127,15 +121,15 @@ Table by_scene(const std::vector<Loss>& losses) {
             };
             add_cell(table, {"scene", false}, result->scene());
             add_cell(table, {"detector + response (contact generator)", false}, code(loss.other.label()));
-            add("false negatives", Metric::false_negatives,
-                missed_text({{result}}, Metric::false_negatives, Metric::true_pairs));
-            add("proximity false negatives", Metric::proximity_false_negatives,
-                missed_text({{result}}, Metric::proximity_false_negatives, Metric::true_proximity_pairs));
-            add("residual penetration, max (mm)", Metric::residual_penetration_max_m,
-                change(Metric::residual_penetration_max_m, mm));
-            add("largest force (N)", Metric::force_max_n, change(Metric::force_max_n));
-            add("force error to hard contact (N RMS)", Metric::force_error_rms_hard,
-                change(Metric::force_error_rms_hard));
+            add_number(table, "false negatives", Metric::false_negatives,
+                       missed_text({{result}}, Metric::false_negatives, Metric::true_pairs));
+            add_number(table, "proximity false negatives", Metric::proximity_false_negatives,
+                       missed_text({{result}}, Metric::proximity_false_negatives, Metric::true_proximity_pairs));
+            add_number(table, "residual penetration, max (mm)", Metric::residual_penetration_max_m,
+                       change(Metric::residual_penetration_max_m, mm));
+            add_number(table, "largest force (N)", Metric::force_max_n, change(Metric::force_max_n));
+            add_number(table, "force error to hard contact (N RMS)", Metric::force_error_rms_hard,
+                       change(Metric::force_error_rms_hard));
         }
     }
     return table;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 
@@ -49,21 +50,10 @@ struct Markdown {
         out += std::string(static_cast<std::size_t>(heading.level), '#') + " " + heading.text + "\n\n";
     }
     void operator()(const Paragraph& paragraph) {
-        switch (paragraph.style) {
-            case Paragraph::Style::quote:
-                out += "> " + paragraph.text;
-                break;
-            case Paragraph::Style::small:
-                out += "<sub>" + paragraph.text + "</sub>";
-                break;
-            case Paragraph::Style::warning:
-                out += "> **Note.** " + paragraph.text;
-                break;
-            case Paragraph::Style::normal:
-                out += paragraph.text;
-                break;
-        }
-        out += "\n\n";
+        static constexpr std::array<std::pair<const char*, const char*>, 4> marks{
+            {{"", ""}, {"> ", ""}, {"<sub>", "</sub>"}, {"> **Note.** ", ""}}};  // by style
+        const auto& [before, behind] = marks.at(static_cast<std::size_t>(paragraph.style));
+        out += before + paragraph.text + behind + "\n\n";
     }
     void operator()(const CodeBlock& code) { out += "```\n" + code.text + "\n```\n\n"; }
     void operator()(const Table& table) {
@@ -114,13 +104,14 @@ std::string page_one_to_markdown(const Document& document, const std::string& re
     return text;
 }
 
-std::string csv_field(const std::string& text) {
-    if (text.find_first_of(",\"\n\r") == std::string::npos) return text;
-    return "\"" + replace_each(text, {{"\"", "\"\""}}) + "\"";
-}
-
-std::string escape_xml(const std::string& text) {
-    return replace_each(text, {{"&", "&amp;"}, {"<", "&lt;"}, {">", "&gt;"}, {"\"", "&quot;"}, {"'", "&#39;"}});
+std::string csv_line(const std::vector<std::string>& fields) {
+    std::string line;
+    for (const std::string& field : fields) {
+        const bool plain = field.find_first_of(",\"\n\r") == std::string::npos;
+        line += plain ? field : "\"" + replace_each(field, {{"\"", "\"\""}}) + "\"";
+        line += &field == &fields.back() ? "\n" : ",";
+    }
+    return line;
 }
 
 std::string format_number(double value) {

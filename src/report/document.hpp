@@ -6,6 +6,7 @@
 #include <variant>
 #include <vector>
 
+#include "geometry/text.hpp"
 #include "measure/metric.hpp"
 
 namespace trocar {
@@ -77,10 +78,8 @@ std::string page_one_to_markdown(const Document& document, const std::string& re
 /// charts_js beside it.
 std::string to_html(const Document& document);
 
-/// CSV field with quotes where needed (RFC 4180).
-std::string csv_field(const std::string& text);
-/// Escapes the five XML entities.
-std::string escape_xml(const std::string& text);
+/// CSV line with quotes where needed (RFC 4180).
+std::string csv_line(const std::vector<std::string>& fields);
 
 /// Three significant digits, with an exponent below 1e-4 and from 1e9 on. "n/a" for NaN, "inf" for infinity, "0" only
 /// for exact zero.

@@ -68,21 +68,13 @@ struct Html {
                            html_inline(heading.text));
     }
     void operator()(const Paragraph& paragraph) {
-        const std::string text = html_inline(paragraph.text);
-        switch (paragraph.style) {
-            case Paragraph::Style::quote:
-                out += "<blockquote><p>" + text + "</p></blockquote>\n";
-                break;
-            case Paragraph::Style::small:
-                out += "<p class=\"small\">" + text + "</p>\n";
-                break;
-            case Paragraph::Style::warning:
-                out += "<p class=\"warning\">" + text + "</p>\n";
-                break;
-            case Paragraph::Style::normal:
-                out += "<p>" + text + "</p>\n";
-                break;
-        }
+        static constexpr std::array<std::pair<const char*, const char*>, 4> marks{
+            {{"<p>", "</p>\n"},
+             {"<blockquote><p>", "</p></blockquote>\n"},
+             {"<p class=\"small\">", "</p>\n"},
+             {"<p class=\"warning\">", "</p>\n"}}};  // by style
+        const auto& [before, behind] = marks.at(static_cast<std::size_t>(paragraph.style));
+        out += before + html_inline(paragraph.text) + behind;
     }
     void operator()(const CodeBlock& code) { out += "<pre><code>" + escape_xml(code.text) + "</code></pre>\n"; }
     void operator()(const Table& table) {

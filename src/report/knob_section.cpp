@@ -40,42 +40,31 @@ struct Point {
     }
 };
 
-using Curve = std::map<Point, std::vector<const Record*>>;
+/// What a point is judged by: what is left or wrong, and its force against the two laws that a reference is solved for.
+enum class Judge : std::uint8_t { residual, equal_k, hard };
+constexpr std::size_t judge_count = 3;
+constexpr std::array laws{Judge::equal_k, Judge::hard};
+constexpr std::array<const char*, judge_count> law_names{"", "contact of equal k", "hard contact"};
 
-constexpr std::size_t equal_k = 0;
-constexpr std::size_t hard = 1;
-/// The two laws of contact that a reference is solved for.
-struct Law {
-    std::size_t number;
-    const char* name;
-    const char* ending;  ///< of its drawings
-    Metric error;        ///< N RMS
-    Metric bound;        ///< of that error
+struct JudgedError {
+    double value = not_known;  ///< mm or pairs; N RMS
+    /// N RMS: what the references of this point's k themselves may be off; errors below it are alike.
+    double bound = not_known;
+    bool dominated = false;  ///< another point is at least as fast and as good, and better in one
+    [[nodiscard]] double printed() const { return std::isnan(value) ? not_known : as_printed(std::fmax(value, bound)); }
 };
-constexpr std::array laws{
-    Law{equal_k, "contact of equal k", "_equal_k", Metric::force_error_rms_equal_k, Metric::force_bound_equal_k},
-    Law{hard, "hard contact", "_hard", Metric::force_error_rms_hard, Metric::force_bound_hard}};
 
 /// One point of a curve.
 struct Mark {
     std::string curve = {};
     std::string point = {};
-    double time = not_known;                            ///< µs of computing per simulated ms, median over processes
-    double error = not_known;                           ///< mm, or pairs
-    std::array<double, 2> force{not_known, not_known};  ///< N RMS, against each of `laws`
-    /// N RMS: what the references of this point's k themselves may be off; errors below it are alike.
-    std::array<double, 2> force_bound{not_known, not_known};
+    double time = not_known;  ///< µs of computing per simulated ms, median over processes
+    std::array<JudgedError, judge_count> errors{};
     double substeps = not_known;
     std::string outcome = {};  ///< empty: ok
-    bool dominated = false;
-    std::array<bool, 2> force_dominated{};
+    [[nodiscard]] const JudgedError& error(Judge judge) const { return errors.at(static_cast<std::size_t>(judge)); }
+    [[nodiscard]] double residual() const { return error(Judge::residual).value; }
 };
-
-/// What the reference can distinguish, N; NaN where a force is not known.
-double reported_apart(const Mark& mark, std::size_t law) {
-    return std::isnan(mark.force.at(law)) ? not_known
-                                          : as_printed(std::fmax(mark.force.at(law), mark.force_bound.at(law)));
-}
 
 /// All curves over one knob on one scene.
 struct Chart {
@@ -87,23 +76,46 @@ struct Chart {
     std::string hard_reference = {};
     std::map<Point, std::string> equal_k_reference = {};
     [[nodiscard]] const char* unit() const { return knob == "dt" ? " s" : knob == "k" ? " N/m" : ""; }
-    [[nodiscard]] const char* error_title() const {
-        return replay ? "false negatives + false positives" : "residual penetration, max (mm)";
+    [[nodiscard]] std::string error_title(Judge judge) const {
+        if (judge == Judge::residual)
+            return replay ? "false negatives + false positives" : "residual penetration, max (mm)";
+        return fmt::format("force error against {} (N RMS)", law_names.at(static_cast<std::size_t>(judge)));
     }
-    /// False where every error lies within the bound, or none is known.
-    [[nodiscard]] bool ranks_forces(std::size_t law) const {
-        return std::any_of(marks.begin(), marks.end(),
-                           [&](const Mark& mark) { return mark.force.at(law) > mark.force_bound.at(law); });
+    /// False where every force error lies within the bound, or none is known.
+    [[nodiscard]] bool ranks(Judge judge) const {
+        return judge == Judge::residual || std::any_of(marks.begin(), marks.end(), [judge](const Mark& mark) {
+                   return mark.error(judge).value > mark.error(judge).bound;
+               });
     }
     /// Of all points' references.
-    [[nodiscard]] std::string force_bound_text(std::size_t law) const {
+    [[nodiscard]] std::string bound_text(Judge judge) const {
         double least = not_known;
         double largest = not_known;
         for (const Mark& mark : marks) {
-            least = std::fmin(least, mark.force_bound.at(law));
-            largest = std::fmax(largest, mark.force_bound.at(law));
+            least = std::fmin(least, mark.error(judge).bound);
+            largest = std::fmax(largest, mark.error(judge).bound);
         }
         return least < largest ? scaled(least) + " to " + scaled(largest) : scaled(largest);
+    }
+    /// Of the points with a time and an error, the one of the least error, the fastest of equals; null without any or
+    /// where the reference cannot rank.
+    [[nodiscard]] const Mark* best(Judge judge) const {
+        const auto rank = [judge](const Mark& m) { return std::pair(m.error(judge).printed(), m.time); };
+        const Mark* best = nullptr;
+        for (const Mark& mark : marks) {
+            if (std::isnan(mark.time) || std::isnan(mark.residual()) || std::isnan(mark.error(judge).value)) continue;
+            if (ranks(judge) && (best == nullptr || rank(mark) < rank(*best))) best = &mark;
+        }
+        return best;
+    }
+    [[nodiscard]] const Mark* fastest() const {
+        const auto rank = [](const Mark& m) { return std::pair(m.time, m.residual()); };
+        const Mark* best = nullptr;
+        for (const Mark& mark : marks) {
+            if (std::isnan(mark.time) || std::isnan(mark.residual())) continue;
+            if (best == nullptr || rank(mark) < rank(*best)) best = &mark;
+        }
+        return best;
     }
 };
 
@@ -119,39 +131,31 @@ Mark make_mark(const std::string& curve, const std::string& point, const std::ve
     if (!mark.outcome.empty() || dt_text.empty()) return mark;
     const auto first = [&runs](Metric metric) { return value_of(runs.front()->summary, metric); };
     mark.time = across_processes(medians).value * us * (1e-3 / Point{dt_text}.number());
-    mark.error = replay ? first(Metric::false_negatives) + first(Metric::false_positives)
-                        : first(Metric::residual_penetration_max_m) * mm;
-    for (const Law& law : laws) {
-        mark.force.at(law.number) = first(law.error);
-        mark.force_bound.at(law.number) = first(law.bound);
-    }
+    mark.errors = {{{.value = replay ? first(Metric::false_negatives) + first(Metric::false_positives)
+                                     : first(Metric::residual_penetration_max_m) * mm},
+                    {.value = first(Metric::force_error_rms_equal_k), .bound = first(Metric::force_bound_equal_k)},
+                    {.value = first(Metric::force_error_rms_hard), .bound = first(Metric::force_bound_hard)}}};
     mark.substeps = first(Metric::substeps);
     return mark;
 }
 
-/// Another point is at least as fast and as good, and better in one: in time only beyond the noise.
-template <typename Error>
-bool is_dominated(const Mark& mark, const std::vector<Mark>& marks, double noise, Error error_of) {
-    const double error = error_of(mark);
-    return std::any_of(marks.begin(), marks.end(), [&](const Mark& other) {
-        const double other_error = error_of(other);
-        return other.time <= mark.time && other_error <= error &&
-               (other.time * noise < mark.time || other_error < error);
-    });
-}
-
+/// In time better only beyond the noise.
 void mark_dominated(Chart& chart, double noise_floor) {
     const double noise = std::isnan(noise_floor) ? 1.0 : noise_floor;
     for (Mark& mark : chart.marks) {
-        mark.dominated = is_dominated(mark, chart.marks, noise, [](const Mark& m) { return as_printed(m.error); });
-        for (const Law& law : laws) {
-            mark.force_dominated.at(law.number) =
-                is_dominated(mark, chart.marks, noise, [&](const Mark& m) { return reported_apart(m, law.number); });
+        for (std::size_t judge = 0; judge < judge_count; ++judge) {
+            JudgedError& error = mark.errors.at(judge);
+            error.dominated = std::any_of(chart.marks.begin(), chart.marks.end(), [&](const Mark& other) {
+                const double other_error = other.errors.at(judge).printed();
+                return other.time <= mark.time && other_error <= error.printed() &&
+                       (other.time * noise < mark.time || other_error < error.printed());
+            });
         }
     }
 }
 
 std::vector<Chart> charts_of(const Draft& draft) {
+    using Curve = std::map<Point, std::vector<const Record*>>;
     std::map<std::pair<std::string, std::string>, std::map<std::string, Curve>> curves;  // by scene and knob
     for (const Record* record : runs_of(draft.records, "work_precision")) {
         const RunSpec& spec = record->spec;
@@ -188,31 +192,6 @@ std::vector<Chart> charts_of(const Draft& draft) {
     return charts;
 }
 
-/// Least error and fastest point of a chart; null when it has none.
-struct Ends {
-    const Mark* exact = nullptr;
-    std::array<const Mark*, 2> force{};  ///< least force error by law; null where the reference cannot rank
-    const Mark* fast = nullptr;
-};
-
-Ends ends_of(const Chart& chart) {
-    Ends ends;
-    for (const Mark& mark : chart.marks) {
-        if (std::isnan(mark.time) || std::isnan(mark.error)) continue;
-        const auto by_error = [](const Mark& m) { return std::pair(as_printed(m.error), m.time); };
-        const auto by_time = [](const Mark& m) { return std::pair(m.time, m.error); };
-        if (ends.exact == nullptr || by_error(mark) < by_error(*ends.exact)) ends.exact = &mark;
-        if (ends.fast == nullptr || by_time(mark) < by_time(*ends.fast)) ends.fast = &mark;
-        for (const Law& law : laws) {
-            const Mark*& best = ends.force.at(law.number);
-            const auto by_force = [&](const Mark& m) { return std::pair(reported_apart(m, law.number), m.time); };
-            if (std::isnan(mark.force.at(law.number)) || !chart.ranks_forces(law.number)) continue;
-            if (best == nullptr || by_force(mark) < by_force(*best)) best = &mark;
-        }
-    }
-    return ends;
-}
-
 std::string mark_text(const Chart& chart, const Mark& mark) {
     return fmt::format("{} at {}{}", code(mark.curve), mark.point, chart.unit());
 }
@@ -221,15 +200,15 @@ Table ends_table(const std::vector<Chart>& charts) {
     Table table;
     table.caption = "The ends of every chart: least error and fastest";
     for (const Chart& chart : charts) {
-        const Ends ends = ends_of(chart);
-        if (ends.exact == nullptr) continue;
+        const Mark* const exact = chart.best(Judge::residual);
+        if (exact == nullptr) continue;
         table.rows.push_back({});
         add_cell(table, {"scene"}, chart.scene);
         add_cell(table, {"knob"}, chart.knob);
         for (const auto& [header, mark] :
-             {std::pair("least residual penetration, or fewest pairs wrong", ends.exact), {"fastest", ends.fast}}) {
+             {std::pair("least residual penetration, or fewest pairs wrong", exact), {"fastest", chart.fastest()}}) {
             add_cell(table, {header}, mark_text(chart, *mark));
-            add_cell(table, {"its error", true}, scaled(mark->error) + (chart.replay ? " pairs" : " mm"));
+            add_cell(table, {"its error", true}, scaled(mark->residual()) + (chart.replay ? " pairs" : " mm"));
             add_cell(table, {"its time per simulated ms (µs)", true}, scaled(mark->time));
         }
     }
@@ -247,21 +226,19 @@ Table force_ends_table(const std::vector<Chart>& charts) {
         "reference of equal k is solved anew for each value, and every point is held against that of its own.";
     for (const Chart& chart : charts) {
         if (chart.replay) continue;
-        const Ends ends = ends_of(chart);
-        for (const Law& law : laws) {
-            const Mark* best = ends.force.at(law.number);
+        for (const Judge law : laws) {
+            const Mark* const best = chart.best(law);
             const Mark mark = best == nullptr ? Mark{} : *best;
-            const double bound = mark.force_bound.at(law.number);
-            const double force = mark.force.at(law.number);
+            const JudgedError& force = mark.error(law);
             table.rows.push_back({});
             add_cell(table, {"scene"}, chart.scene);
             add_cell(table, {"knob"}, chart.knob);
-            add_cell(table, {"against"}, law.name);
+            add_cell(table, {"against"}, law_names.at(static_cast<std::size_t>(law)));
             add_cell(table, {"least force error"}, best == nullptr ? "not ranked" : mark_text(chart, mark));
             add_cell(table, {"its force error (N RMS)", true},
-                     force <= bound ? "≤ " + scaled(bound) : scaled(force, 1.0, ""));
+                     force.value <= force.bound ? "≤ " + scaled(force.bound) : scaled(force.value, 1.0, ""));
             add_cell(table, {"bound of the reference (N RMS)", true},
-                     best == nullptr ? chart.force_bound_text(law.number) : scaled(bound));
+                     best == nullptr ? chart.bound_text(law) : scaled(force.bound));
             add_cell(table, {"its time per simulated ms (µs)", true}, scaled(mark.time, 1.0, ""));
         }
     }
@@ -283,63 +260,43 @@ std::string reference_note(const Chart& chart) {
     return note;
 }
 
-/// By other points in every error that is known and ranks.
-bool is_beaten(const Chart& chart, const Mark& mark) {
-    return mark.dominated && std::all_of(laws.begin(), laws.end(), [&](const Law& law) {
-               return mark.force_dominated.at(law.number) || !chart.ranks_forces(law.number);
-           });
-}
-
 Table points_table(const Chart& chart) {
     Table table{.caption = fmt::format("{}: {}", chart.scene, chart.knob),
                 .note = chart.replay ? std::string() : reference_note(chart),
                 .folded = true};
-    const auto starred = [](double value, bool dominated) { return scaled(value) + (dominated ? " †" : ""); };
     for (const Mark& mark : chart.marks) {
-        table.rows.push_back({.style = is_beaten(chart, mark)  ? TableRow::Style::dominated
+        const auto starred = [&mark](Judge judge) {
+            return scaled(mark.error(judge).value) + (mark.error(judge).dominated ? " †" : "");
+        };
+        const auto is_beaten = [&](Judge judge) { return mark.error(judge).dominated || !chart.ranks(judge); };
+        const bool all_beaten = is_beaten(Judge::residual) && std::all_of(laws.begin(), laws.end(), is_beaten);
+        table.rows.push_back({.style = all_beaten              ? TableRow::Style::dominated
                                        : !mark.outcome.empty() ? TableRow::Style::failed
                                                                : TableRow::Style::normal});
         add_cell(table, {"method"}, code(mark.curve));
         add_cell(table, {chart.knob, true}, mark.point + chart.unit());
         if (!chart.replay) add_cell(table, {"sub-steps per tick", true, Metric::substeps}, count_text(mark.substeps));
         add_cell(table, {"time per simulated ms (µs)", true}, scaled(mark.time));
-        add_cell(table, {chart.error_title(), true}, starred(mark.error, mark.dominated));
+        add_cell(table, {chart.error_title(Judge::residual), true}, starred(Judge::residual));
         if (!chart.replay) {
-            std::vector<std::string> forces;
-            forces.reserve(laws.size());
-            for (const Law& law : laws) {
-                forces.push_back(starred(mark.force.at(law.number), mark.force_dominated.at(law.number)));
-            }
             add_cell(table, {"force error, equal k / hard (N RMS)", true, Metric::force_error_rms_equal_k},
-                     joined(forces, " / "));
+                     starred(Judge::equal_k) + " / " + starred(Judge::hard));
         }
         add_cell(table, {"outcome"}, mark.outcome.empty() ? "ok" : mark.outcome);
     }
     return table;
 }
 
-/// What a drawing shows on its upright axis: a force error by a law, or (none) what is left or wrong.
-struct KnobPanel {
-    const Law* law = nullptr;
-    std::string title;
-    const char* unit;
-    [[nodiscard]] double error(const Mark& mark) const {
-        return law == nullptr ? mark.error : mark.force.at(law->number);
-    }
-    [[nodiscard]] bool dominated(const Mark& mark) const {
-        return law == nullptr ? mark.dominated : mark.force_dominated.at(law->number);
-    }
-};
-
 /// Without series when no point has a place on a curve.
-ScatterChart drawing_of(const Chart& chart, const KnobPanel& panel) {
+ScatterChart drawing_of(const Chart& chart, Judge judge) {
+    const char* const unit = judge != Judge::residual ? "N" : chart.replay ? "pairs wrong" : "mm";
     ScatterChart drawing;
     drawing.x_title = fmt::format("time per simulated ms (µs), {}, {}", chart.scene, chart.knob);
-    drawing.y_title = panel.title;
+    drawing.y_title = chart.error_title(judge);
     drawing.x_limit = 1000.0;
     drawing.x_limit_name = "1 ms";
     for (const Mark& mark : chart.marks) {
-        const double error = panel.error(mark);
+        const double error = mark.error(judge).value;
         if (std::isnan(mark.time) || std::isnan(error)) continue;
         if (drawing.series.empty() || drawing.series.back().name != mark.curve) {
             const int style = static_cast<int>(drawing.series.size());
@@ -349,9 +306,9 @@ ScatterChart drawing_of(const Chart& chart, const KnobPanel& panel) {
             {.x = mark.time,
              .y = error,
              .name = fmt::format("{}, {} = {}{}: {} µs, {} {}", mark.curve, chart.knob, mark.point, chart.unit(),
-                                 format_number(mark.time), format_number(error), panel.unit),
+                                 format_number(mark.time), format_number(error), unit),
              .label = mark.point});
-        if (!panel.dominated(mark)) drawing.front.emplace_back(mark.time, error);
+        if (!mark.error(judge).dominated) drawing.front.emplace_back(mark.time, error);
     }
     for (ChartSeries& curve : drawing.series) {  // the ends show the direction of a curve
         for (std::size_t i = 1; i + 1 < curve.points.size(); ++i) curve.points[i].label.clear();
@@ -364,14 +321,14 @@ ScatterChart drawing_of(const Chart& chart, const KnobPanel& panel) {
 
 std::string work_precision_sentence(const Draft& draft) {
     for (const Chart& chart : charts_of(draft)) {
-        const Ends ends = ends_of(chart);
-        if (chart.replay || ends.exact == nullptr) continue;
+        const Mark* const exact = chart.best(Judge::residual);
+        if (chart.replay || exact == nullptr) continue;
         const auto report = [&chart](const Mark& mark) {
             return fmt::format("{} ({} mm at worst, {} µs per simulated ms)", mark_text(chart, mark),
-                               scaled(mark.error), scaled(mark.time));
+                               scaled(mark.residual()), scaled(mark.time));
         };
         return fmt::format("On {} over {}, the least residual penetration is that of {}; fastest is {}.", chart.scene,
-                           code(chart.knob), report(*ends.exact), report(*ends.fast));
+                           code(chart.knob), report(*exact), report(*chart.fastest()));
     }
     return {};
 }
@@ -391,26 +348,17 @@ void add_work_precision(Draft& draft) {
     draft.add(force_ends_table(charts));
     int number = 0;
     for (const Chart& chart : charts) {
-        std::vector<KnobPanel> panels{{nullptr, chart.error_title(), chart.replay ? "pairs wrong" : "mm"}};
-        for (const Law& law : laws) {
-            if (!chart.ranks_forces(law.number)) continue;
-            panels.push_back({&law, fmt::format("force error against {} (N RMS)", law.name), "N"});
-        }
         const std::string unit = chart.unit();
         const std::string over =
             fmt::format("{} over {}{}; labels are the knob's values at the ends of a curve", code(chart.scene),
                         code(chart.knob), unit.empty() ? "" : " (" + unit.substr(1) + ")");
-        ++number;
-        for (const KnobPanel& panel : panels) {
-            const ScatterChart drawing = drawing_of(chart, panel);
-            if (drawing.series.empty()) continue;
-            if (panel.law == nullptr) {
-                draft.figure(fmt::format("work_precision_{}", number), drawing, "Work and precision on " + over + ".");
-                continue;
-            }
-            draft.figure(fmt::format("work_precision_{}{}", number, panel.law->ending), drawing,
+        const std::string name = fmt::format("work_precision_{}", ++number);
+        draft.figure(name, drawing_of(chart, Judge::residual), "Work and precision on " + over + ".");
+        for (const Judge law : laws) {
+            if (!chart.ranks(law)) continue;
+            draft.figure(name + (law == Judge::hard ? "_hard" : "_equal_k"), drawing_of(chart, law),
                          fmt::format("Work and force error against {} on {}. The reference itself knows {} N.",
-                                     panel.law->name, over, chart.force_bound_text(panel.law->number)));
+                                     law_names.at(static_cast<std::size_t>(law)), over, chart.bound_text(law)));
         }
         draft.add(points_table(chart));
     }

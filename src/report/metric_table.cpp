@@ -130,6 +130,10 @@ std::string misses_text(const ResultSet& results, Metric metric) {
     return of_text(total(metric), ticks > 0.0 ? ticks : not_known);
 }
 
+std::string tick_text(const SceneResult& result) {
+    return result.ok() ? scaled(result.of(Metric::total_median_ns).value, us) : outcome_text(result.failure());
+}
+
 MetricColumn misses_column(const std::string& header, Metric metric) {
     return {.header = header, .metric = metric, .text = [metric](const ResultSet& results) {
                 return misses_text(results, metric);

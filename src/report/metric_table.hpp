@@ -61,6 +61,9 @@ Table table_of(const Draft& draft, const MetricTable& content);
 /// "3 of 1100": ticks that a metric counts among the timed ones, over all processes; n/a without a timed tick.
 std::string misses_text(const ResultSet& results, Metric metric);
 
+/// Median tick in µs; in its place the outcome of a run that failed.
+std::string tick_text(const SceneResult& result);
+
 // Columns, as they are common.
 MetricColumn misses_column(const std::string& header, Metric metric);
 /// In µs.

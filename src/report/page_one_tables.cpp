@@ -45,14 +45,6 @@ std::string judged_text(const Draft& draft, bool tissue) {
     return scenes_text(scenes.size(), soft ? " tissue" : " rigid");
 }
 
-std::int64_t widest_stride(const Draft& draft, const std::string& mode) {
-    std::int64_t stride = 1;
-    for (const Record& record : draft.records) {
-        if (record.spec.mode == mode) stride = std::max(stride, record.spec.truth_stride);
-    }
-    return stride;
-}
-
 /// Where the rows stand that page 1 has no room for.
 std::string others_text(const std::vector<ResponseRow>& rows, const std::vector<std::size_t>& shown,
                         const std::string& detector) {
@@ -200,9 +192,6 @@ Table detectors_table(const Draft& draft) {
             continue;
         }
         table.rows.push_back({});
-        const auto add = [&table](const std::string& header, Metric metric, std::string text) {
-            add_cell(table, {header, true, metric}, std::move(text));
-        };
         const ResultSet& planned = row->planned;
         const bool everywhere = planned.count() == verdict.scenes.size();
         const bool fails = row->failed_runs > 0;
@@ -212,21 +201,23 @@ Table detectors_table(const Draft& draft) {
         add_cell(table, {.header = "detector", .wide = true},
                  everywhere ? name : name + " (" + only_text(row->scene_names()) + " only)");
         const double truth = planned.sum(Metric::true_pairs);
-        add("false negatives of N", Metric::false_negatives,
-            of_text(planned.sum(Metric::false_negatives), truth) + (std::isnan(truth) ? "" : cut_text(planned)));
-        add("false positives", Metric::false_positives, count_text(planned.sum(Metric::false_positives)));
-        if (between) add("missed between frames, of N", Metric::contact_events_missed, between_text(planned));
-        add("µs p50", Metric::total_median_ns, time(row->p50));
-        add("µs p99", Metric::total_p99_ns, time(row->p99));
+        add_number(table, "false negatives of N", Metric::false_negatives,
+                   of_text(planned.sum(Metric::false_negatives), truth) + (std::isnan(truth) ? "" : cut_text(planned)));
+        add_number(table, "false positives", Metric::false_positives, count_text(planned.sum(Metric::false_positives)));
+        if (between)
+            add_number(table, "missed between frames, of N", Metric::contact_events_missed, between_text(planned));
+        add_number(table, "µs p50", Metric::total_median_ns, time(row->p50));
+        add_number(table, "µs p99", Metric::total_p99_ns, time(row->p99));
         if (!draft.reference.empty())
-            add(ratio_header(draft), Metric::total_median_ns, estimate_text(fails ? Estimate{} : row->ratio, 1.0));
+            add_number(table, ratio_header(draft), Metric::total_median_ns,
+                       estimate_text(fails ? Estimate{} : row->ratio, 1.0));
         add_cell(
             table, {"failed", true, {}, failed_help},
             count_failed(row->failed_runs, planned.runs(), static_cast<int>(verdict.scenes.size() - planned.count())));
         if (fails) table.rows.back().style = TableRow::Style::failed;
     }
     table.note = std::string(detector_order_text) + " Times over scenes are geometric means.";
-    if (const std::int64_t stride = widest_stride(draft, "replay"); stride > 1) {
+    if (const std::int64_t stride = draft.widest_stride("replay"); stride > 1) {
         table.note += fmt::format(" Pairs were judged on every {}th tick only.", stride);
     }
     if (!left_out.empty()) table.note += " Behind these: " + joined(left_out) + ".";
@@ -264,7 +255,7 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
         const ResponseRow& row = rows[shown[i]];
         table.rows[i].cells.push_back(count_failed(row.failed_runs, row.planned.runs(), row.not_run));
     }
-    const std::int64_t stride = widest_stride(draft, "closed_loop");
+    const std::int64_t stride = draft.widest_stride("closed_loop");
     table.note =
         std::string(response_order_text) +
         " A failed row is of the scenes that it finished. Force errors are against hard contact, median over scenes; "

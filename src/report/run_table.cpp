@@ -223,20 +223,17 @@ std::set<Metric> used_metrics(std::span<const Record> records) {
 std::map<std::string, std::string> results_files(const std::vector<Record>& records) {
     const RunTable table(records);
     const std::vector<std::size_t> filled = table.filled_columns();
-    std::string results;
+    std::vector<std::string> fields;
     std::string figures = "name,unit,better,meaning,source\n";
     for (const std::size_t index : filled) {
         const RunColumn& column = table.columns()[index];
-        results += (results.empty() ? "" : ",") + csv_field(column.name);
-        figures += fmt::format("{},{},{},{},{}\n", csv_field(column.name), csv_field(column.unit), column.better,
-                               csv_field(column.meaning), csv_field(column.source));
+        fields.push_back(column.name);
+        figures += csv_line({column.name, column.unit, column.better, column.meaning, column.source});
     }
-    results += "\n";
+    std::string results = csv_line(fields);
     for (std::size_t row = 0; row < table.row_count(); ++row) {
-        for (const std::size_t column : filled) {
-            results += (column == filled.front() ? "" : ",") + csv_field(table.text(row, column));
-        }
-        results += "\n";
+        for (std::size_t c = 0; c < filled.size(); ++c) fields[c] = table.text(row, filled[c]);
+        results += csv_line(fields);
     }
     return {{"results.csv", std::move(results)}, {"figures.csv", std::move(figures)}};
 }

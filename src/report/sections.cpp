@@ -36,18 +36,8 @@ void Draft::add(Table table) {
     document.blocks.emplace_back(std::move(table));
 }
 
-void Draft::figure(const std::string& name, const std::string& svg, const std::string& caption) {
-    if (!svg.empty()) document.blocks.emplace_back(Figure{"charts/" + name + ".svg", svg, caption});
-}
-
-void Draft::figure(const std::string& name, const ScatterChart& chart, const std::string& caption) {
-    if (chart.series.empty()) return;
-    document.blocks.emplace_back(Figure{"charts/" + name + ".svg", draw(chart), caption, interactive(chart)});
-}
-
-void Draft::figure(const std::string& name, const LineChart& chart, const std::string& caption) {
-    if (chart.lines.empty()) return;
-    document.blocks.emplace_back(Figure{"charts/" + name + ".svg", draw(chart), caption, interactive(chart)});
+void Draft::drawing(const std::string& name, const std::string& svg, const std::string& caption) {
+    document.blocks.emplace_back(Figure{"charts/" + name + ".svg", svg, caption});
 }
 
 std::map<std::string, std::vector<std::string>> Draft::scenes_by_class() const {
@@ -64,6 +54,14 @@ int Draft::most_processes(const std::string& of_mode) const {
         if (of_mode.empty() || record.spec.mode == of_mode) most = std::max(most, record.spec.repetition + 1);
     }
     return static_cast<int>(most);
+}
+
+std::int64_t Draft::widest_stride(const std::string& of_mode, std::int64_t RunSpec::*stride) const {
+    std::int64_t widest = 1;
+    for (const Record& record : records) {
+        if (record.spec.mode == of_mode) widest = std::max(widest, record.spec.*stride);
+    }
+    return widest;
 }
 
 std::pair<std::string, std::vector<std::string>> Draft::headline_scenes() const {

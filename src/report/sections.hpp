@@ -34,16 +34,24 @@ struct Draft {
     void paragraph(const std::string& text, Paragraph::Style style = Paragraph::Style::normal);
     /// Skips a table without rows.
     void add(Table table);
-    /// Skips an empty drawing.
-    void figure(const std::string& name, const std::string& svg, const std::string& caption);
-    /// Same with an interactive chart.
-    void figure(const std::string& name, const ScatterChart& chart, const std::string& caption);
-    void figure(const std::string& name, const LineChart& chart, const std::string& caption);
+    /// A drawing that does not answer to the pointer.
+    void drawing(const std::string& name, const std::string& svg, const std::string& caption);
+    /// A chart that does; without a series there is no figure.
+    template <typename Chart>
+    void figure(const std::string& name, const Chart& chart, const std::string& caption) {
+        const std::string description = interactive(chart);  // empty without a series
+        if (!description.empty()) {
+            document.blocks.emplace_back(Figure{"charts/" + name + ".svg", draw(chart), caption, description});
+        }
+    }
 
     /// Scenes of the verdict's mode by pair class, in alphabetical order.
     [[nodiscard]] std::map<std::string, std::vector<std::string>> scenes_by_class() const;
     /// Maximum number of processes of a method, in runs of this mode or (empty) of any.
     [[nodiscard]] int most_processes(const std::string& of_mode = {}) const;
+    /// Truth was computed on every n-th tick of some run of the mode, at least.
+    [[nodiscard]] std::int64_t widest_stride(const std::string& of_mode,
+                                             std::int64_t RunSpec::*stride = &RunSpec::truth_stride) const;
     /// Scenes of the summary sentence: class I2T if present, else the class with most scenes.
     [[nodiscard]] std::pair<std::string, std::vector<std::string>> headline_scenes() const;
     [[nodiscard]] std::string interval_note(const std::string& of_mode) const;

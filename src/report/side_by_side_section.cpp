@@ -44,8 +44,7 @@ bool is_right(const SceneResult& result) {
 
 std::string cell_of_time(const SceneResult* result) {
     if (result == nullptr) return "–";
-    if (!result->ok()) return outcome_text(result->failure());
-    return scaled(result->of(Metric::total_median_ns).value, us) + (is_right(*result) ? "" : " †");
+    return tick_text(*result) + (result->ok() && !is_right(*result) ? " †" : "");
 }
 
 /// Methods that ran on one of these scenes and took part on more than one scene of the study.

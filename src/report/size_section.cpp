@@ -4,15 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <limits>
+#include <compare>
 #include <map>
 #include <set>
-#include <tuple>
 
-#include "measure/metrics.hpp"
+#include "geometry/number_text.hpp"
 #include "report/chart.hpp"
-#include "report/sections.hpp"
+#include "report/metric_table.hpp"
 
 namespace trocar {
 namespace {
@@ -21,67 +19,41 @@ namespace {
 struct Family {
     std::string scenes;
     std::string methods;
-    std::string stepper;
-    bool operator<(const Family& other) const {
-        return std::tie(scenes, methods, stepper) < std::tie(other.scenes, other.methods, other.stepper);
-    }
+    std::string stepper;  ///< the default one has its name here, which a specification leaves out
+    auto operator<=>(const Family&) const = default;
 };
 
-/// All processes of one scene.
 struct Size {
-    double triangles = not_known;
-    std::string scene = {};
-    std::vector<const Record*> runs = {};
-    [[nodiscard]] const Record* failed() const {
-        for (const Record* run : runs) {
-            if (!run->outcome.ok()) return run;
-        }
-        return nullptr;
-    }
-    [[nodiscard]] Estimate time(Metric metric) const {
-        std::vector<double> values;
-        values.reserve(runs.size());
-        for (const Record* run : runs) values.push_back(value_of(run->summary, metric));
-        return across_processes(values);
-    }
+    double triangles = not_known;  ///< of tissue
+    const SceneResult* result = nullptr;
 };
 
-double triangles_of(const Record& record) {
-    const std::string& found = fact_of(record, "run.tissue_triangles");
-    return found.empty() ? not_known : std::strtod(found.c_str(), nullptr);
+/// A run that ended before it counted them has the triangles of another run on the scene.
+double triangles_of(const Draft& draft, const std::string& scene) {
+    double triangles = not_known;
+    for (const RunFigures& run : draft.results.runs()) {
+        if (run.record->spec.mode != "cost_by_size" || run.record->spec.scene != scene) continue;
+        triangles = std::fmax(triangles,
+                              number_of_text<double>(fact_of(*run.record, "run.tissue_triangles")).value_or(not_known));
+    }
+    return triangles;
 }
-
-/// Name of the default one included, which a specification leaves out.
-std::string stepper_of(const Record& record) {
-    const std::string& found = fact_of(record, "run.stepper");
-    return found.empty() ? record.spec.stepper : found;
-}
-
-/// For an order of sizes: what nobody knows is last.
-double rank_of(double triangles) { return std::isnan(triangles) ? std::numeric_limits<double>::infinity() : triangles; }
 
 /// Sizes ascending.
 std::map<Family, std::vector<Size>> families_of(const Draft& draft) {
-    std::map<Family, std::map<std::string, Size>> found;
-    std::map<std::string, double> triangles;  // by scene: a run that ended before it reported them has those of another
-    for (const Record* record : runs_of(draft.records, "cost_by_size")) {
-        const RunSpec& spec = record->spec;
-        double& known = triangles.try_emplace(spec.scene, not_known).first->second;
-        known = std::fmax(known, triangles_of(*record));
-        Size& size = found[{spec.scene.substr(0, spec.scene.rfind('_')), spec.detector + " + " + spec.response,
-                            stepper_of(*record)}][spec.scene];
-        size.scene = spec.scene;
-        size.runs.push_back(record);
-    }
     std::map<Family, std::vector<Size>> families;
-    for (const auto& [family, sizes] : found) {
-        std::vector<Size>& sorted = families[family];
-        for (const auto& [scene, size] : sizes) {
-            sorted.push_back(size);
-            sorted.back().triangles = triangles.at(scene);
+    for (const Method& method : draft.results.methods("cost_by_size")) {
+        for (const SceneResult* result : possible(draft.results, method).results) {
+            const std::string& scene = result->scene();
+            const std::string& stepper = fact_of(result->record(), "run.stepper");
+            families[{scene.substr(0, scene.rfind('_')), method.detector + " + " + method.response,
+                      stepper.empty() ? method.stepper : stepper}]
+                .push_back({triangles_of(draft, scene), result});
         }
-        std::stable_sort(sorted.begin(), sorted.end(),
-                         [](const Size& a, const Size& b) { return rank_of(a.triangles) < rank_of(b.triangles); });
+    }
+    for (auto& [family, sizes] : families) {
+        std::stable_sort(sizes.begin(), sizes.end(),
+                         [](const Size& a, const Size& b) { return or_last(a.triangles) < or_last(b.triangles); });
     }
     return families;
 }
@@ -104,11 +76,11 @@ ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
                            .style = {.colour = style, .shape = style, .hollow = stage != "total"},
                            .connected = true};
         for (const Size& size : sizes) {
-            const double time = size.time(metric_of(std::string(stage) + "_median_ns")).value * us;
-            if (size.failed() != nullptr || std::isnan(time) || std::isnan(size.triangles)) continue;
+            const double time = size.result->of(metric_of(stage + "_median_ns")).value * us;
+            if (!size.result->ok() || std::isnan(time) || std::isnan(size.triangles)) continue;
             series.points.push_back({.x = size.triangles,
                                      .y = time,
-                                     .name = fmt::format("{}, {} triangles, {}: {} µs", size.scene,
+                                     .name = fmt::format("{}, {} triangles, {}: {} µs", size.result->scene(),
                                                          count_text(size.triangles), series.name, format_number(time)),
                                      .label = {}});
         }
@@ -117,71 +89,63 @@ ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
     return chart;
 }
 
-Table table_of(const std::map<Family, std::vector<Size>>& families) {
-    Table table;
-    table.caption = "Median time per tick and stage against size, one thread where the stepper's name says no more";
-    table.columns = {{"scene", false},
+Table size_table(const std::map<Family, std::vector<Size>>& families) {
+    std::vector<MetricColumn> columns{count_column("n per process (ticks)", Metric::timed_ticks, Processes::median),
+                                      text_column("whole tick (µs)", [](const ResultSet& results) {
+                                          return estimate_text(results.results.front()->of(Metric::total_median_ns),
+                                                               us);
+                                      })};
+    for (std::size_t stage = 0; stage < stage_count; ++stage) {
+        columns.push_back(text_column(std::string(stage_names.at(stage)) + " (µs)", [stage](const ResultSet& results) {
+            return scaled(results.results.front()->of(stage_median(stage)).value, us);
+        }));
+    }
+    std::vector<MetricRow> rows;
+    for (const auto& [family, sizes] : families) {
+        for (const Size& size : sizes) {
+            const SceneResult& result = *size.result;
+            rows.push_back({.names = {result.scene(), code(family.methods), code(family.stepper),
+                                      count_text(size.triangles), count_text(result.first(Metric::substeps))},
+                            .results = {{&result}},
+                            .failure = result.ok() ? nullptr : &result.failure()});
+        }
+    }
+    return table_of(
+        {.caption = "Median time per tick and stage against size, one thread where the stepper's name says no more",
+         .columns = {{"scene", false},
                      {"detector + response", false},
                      {"stepper", false},
                      {"tissue triangles", true},
-                     {"sub-steps per tick", true, Metric::substeps},
-                     {"n per process (ticks)", true, Metric::timed_ticks},
-                     {"whole tick (µs)", true}};
-    for (const char* stage : stage_names) table.columns.push_back({std::string(stage) + " (µs)", true});
-    table.note =
-        "Ticks back to back, not judged; the first ones are dropped. A sub-step of an explicit stepper must be shorter "
-        "the shorter the edges are: its tick grows faster than its mesh.";
-    for (const auto& [family, sizes] : families) {
-        for (const Size& size : sizes) {
-            std::vector<std::string> cells{size.scene, code(family.methods), code(family.stepper),
-                                           count_text(size.triangles),
-                                           count_text(value_of(size.runs.front()->summary, Metric::substeps))};
-            if (const Record* failed = size.failed()) {
-                table.rows.push_back(failed_row(std::move(cells), failed->outcome, table));
-                continue;
-            }
-            cells.push_back(count_text(size.time(Metric::timed_ticks).value));
-            cells.push_back(estimate_text(size.time(Metric::total_median_ns), us));
-            for (std::size_t stage = 0; stage < stage_count; ++stage) {
-                cells.push_back(scaled(size.time(stage_median(stage)).value, us));
-            }
-            table.rows.push_back({.cells = std::move(cells)});
-        }
-    }
-    return table;
+                     {"sub-steps per tick", true, Metric::substeps}},
+         .note = "Ticks back to back, not judged; the first ones are dropped. A sub-step of an explicit stepper must "
+                 "be shorter the shorter the edges are: its tick grows faster than its mesh."},
+        columns, rows);
 }
 
 }  // namespace
 
 Table size_page(const Draft& draft) {
-    const std::map<Family, std::vector<Size>> families = families_of(draft);
+    // By family of scenes, methods, size and scene; the results by stepper.
+    std::map<std::tuple<std::string, std::string, double, std::string>, std::map<std::string, const SceneResult*>>
+        by_stepper;
     std::set<std::string> steppers;
-    for (const auto& [family, sizes] : families) steppers.insert(family.stepper);
-    Table table;
-    table.caption = "Whole tick against size, median (µs), one thread where the stepper's name says no more";
-    table.columns = {{"scene", false}, {"detector + response", false}, {"tissue triangles", true}};
-    for (const std::string& stepper : steppers) table.columns.push_back({code(stepper), true});
-    struct Row {
-        double triangles = not_known;
-        std::map<std::string, std::string> times = {};  // by stepper
-    };
-    std::map<std::tuple<std::string, std::string, double, std::string>, Row> rows;
-    for (const auto& [family, sizes] : families) {
-        for (const Size& size : sizes) {
-            Row& row = rows[{family.scenes, family.methods, rank_of(size.triangles), size.scene}];
-            row.triangles = size.triangles;
-            const Record* failed = size.failed();
-            row.times[family.stepper] = failed != nullptr ? outcome_text(failed->outcome)
-                                                          : scaled(size.time(Metric::total_median_ns).value, us);
+    for (const auto& [family, sizes] : families_of(draft)) {
+        steppers.insert(family.stepper);
+        for (const auto& [triangles, result] : sizes) {
+            by_stepper[{family.scenes, family.methods, or_last(triangles), result->scene()}][family.stepper] = result;
         }
     }
-    for (const auto& [key, row] : rows) {
-        std::vector<std::string> cells{std::get<3>(key), code(std::get<1>(key)), count_text(row.triangles)};
+    Table table{.caption = "Whole tick against size, median (µs), one thread where the stepper's name says no more",
+                .columns = {{"scene", false}, {"detector + response", false}, {"tissue triangles", true}}};
+    for (const std::string& stepper : steppers) table.columns.push_back({code(stepper), true});
+    for (auto& [key, results] : by_stepper) {
+        const auto& [family, methods, triangles, scene] = key;
+        table.rows.push_back(
+            {.cells = {scene, code(methods), std::isinf(triangles) ? unknown_text : count_text(triangles)}});
         for (const std::string& stepper : steppers) {
-            const auto time = row.times.find(stepper);
-            cells.push_back(time == row.times.end() ? "" : time->second);
+            const SceneResult* const result = results[stepper];
+            table.rows.back().cells.push_back(result == nullptr ? "" : tick_text(*result));
         }
-        table.rows.push_back({.cells = std::move(cells)});
     }
     return table;
 }
@@ -201,7 +165,7 @@ void add_cost_by_size(Draft& draft) {
                         "{}.",
                         family.scenes, code(family.methods), code(family.stepper), threads_of(family.stepper)));
     }
-    draft.add(table_of(families));
+    draft.add(size_table(families));
 }
 
 }  // namespace trocar

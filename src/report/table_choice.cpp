@@ -10,9 +10,9 @@
 #include <numeric>
 #include <optional>
 #include <set>
-#include <string_view>
 
 #include "geometry/input_error.hpp"
+#include "geometry/text.hpp"
 #include "report/document.hpp"
 #include "report/latex.hpp"
 #include "report/run_table.hpp"
@@ -20,33 +20,10 @@
 namespace trocar {
 namespace {
 
-/// Letters to be changed, added or left out to get from one word to the other (Levenshtein).
-std::size_t distance_between(const std::string& a, const std::string& b) {
-    std::vector<std::size_t> row(b.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (const char letter : a) {
-        std::size_t before = row[0]++;
-        for (std::size_t j = 0; j < b.size(); ++j) {
-            const std::size_t change = before + (letter == b[j] ? 0 : 1);
-            before = row[j + 1];
-            row[j + 1] = std::min({change, row[j] + 1, before + 1});
-        }
-    }
-    return row.back();
-}
-
-/// "near ones: a, b, c": first those that contain the word.
+/// "a, b, c"
 std::string near_ones(const std::string& word, const std::set<std::string>& known) {
     constexpr std::size_t most = 5;
-    std::vector<std::pair<std::size_t, std::string>> ranked;
-    for (const std::string& one : known) {
-        const bool contains = !word.empty() && (one.find(word) != std::string::npos || word.find(one) == 0);
-        ranked.emplace_back(contains ? 0 : distance_between(word, one), one);
-    }
-    std::sort(ranked.begin(), ranked.end());
-    std::string list;
-    for (std::size_t i = 0; i < std::min(most, ranked.size()); ++i) list += (i == 0 ? "" : ", ") + ranked[i].second;
-    return list;
+    return fmt::format("{}", fmt::join(near_names(word, {known.begin(), known.end()}, most), ", "));
 }
 
 struct Unit {
@@ -396,17 +373,14 @@ std::string table_as_markdown(const ChosenTable& table) { return to_markdown(as_
 std::string table_as_latex(const ChosenTable& table) { return latex_table(as_table(table)); }
 
 std::string table_as_csv(const ChosenTable& table) {
-    std::string text;
-    for (const ChosenColumn& column : table.columns) {
-        text += (text.empty() ? "" : ",") + csv_field(column.name);
-    }
-    text += "\n";
+    std::vector<std::string> fields;
+    for (const ChosenColumn& column : table.columns) fields.push_back(column.name);
+    std::string text = csv_line(fields);
     for (const std::vector<ChosenCell>& row : table.rows) {
         for (std::size_t c = 0; c < row.size(); ++c) {
-            const bool number = table.columns[c].number;
-            text += (c == 0 ? "" : ",") + csv_field(number ? format_exact(row[c].number) : row[c].word);
+            fields[c] = table.columns[c].number ? format_exact(row[c].number) : row[c].word;
         }
-        text += "\n";
+        text += csv_line(fields);
     }
     return text;
 }

@@ -88,9 +88,9 @@ void add_stages(Draft& draft) {
                        }});
     draft.heading(2, "Stage split");
     if (!chart.bars.empty()) {
-        draft.figure("stages", draw(chart),
-                     "Where the time of a tick goes; numbers in the table below, which says whose bars are of fewer "
-                     "scenes.");
+        draft.drawing("stages", draw(chart),
+                      "Where the time of a tick goes; numbers in the table below, which says whose bars are of fewer "
+                      "scenes.");
     }
     draft.add(table_of(
         {.caption = "Median time per stage, mean over the scenes (µs)",

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <optional>
 
 #include "report/chart.hpp"
 #include "report/metric_table.hpp"
@@ -106,26 +105,28 @@ Table table_of(const std::vector<VerdictRow>& rows, bool closed_loop, const std:
                                        : row.dominated     ? TableRow::Style::dominated
                                        : row.ours          ? TableRow::Style::own
                                                            : TableRow::Style::normal});
-        const auto add = [&table](const char* header, std::optional<Metric> metric, std::string text) {
-            add_cell(table, {header, true, metric}, std::move(text));
-        };
-        add("row", {}, std::to_string(numbers[i]));
+        add_number(table, "row", {}, std::to_string(numbers[i]));
         if (name_scenes) add_cell(table, {"scenes", false}, joined(row.scene_names()));
         add_cell(table, {.header = closed_loop ? "detector + response (contact generator)" : "detector", .wide = true},
                  who_text(row.method) + twins_text(rows, i));
-        add("false negatives / false positives of true pairs", Metric::false_negatives, pairs_text(row));
-        if (between) add("contacts between frames never reported", {}, between_text(row.planned));
-        add("depth error, median / worst (mm)", Metric::depth_error_max_m,
+        add_number(table, "false negatives / false positives of true pairs", Metric::false_negatives, pairs_text(row));
+        if (between) add_number(table, "contacts between frames never reported", {}, between_text(row.planned));
+        add_number(
+            table, "depth error, median / worst (mm)", Metric::depth_error_max_m,
             two_text(row.ok.median(Metric::depth_error_median_m), row.ok.largest(Metric::depth_error_max_m), mm));
-        add("error over scenes (mm)", Metric::residual_penetration_max_m, scaled(row.error, mm));
-        add("residual penetration, median / worst (mm)", Metric::residual_penetration_median_m, left_text(row));
-        add("tears", Metric::ruptures, closed_loop ? count_text(row.ok.sum(Metric::ruptures)) : unknown_text);
-        add("force error, equal k / hard (N RMS)", Metric::force_error_rms_equal_k, forces_text(row, closed_loop));
-        add("tick p50 (µs)", Metric::total_median_ns, time_text(row, row.p50, false));
-        add("tick p99 (µs)", Metric::total_p99_ns, time_text(row, row.p99, true));
-        add("ratio of medians", {}, ratio_text(row, noise_floor));
-        add("ticks over 1 ms", Metric::deadline_misses, misses_text(row.planned, Metric::deadline_misses));
-        add("failures", {}, failures_text(row));
+        add_number(table, "error over scenes (mm)", Metric::residual_penetration_max_m, scaled(row.error, mm));
+        add_number(table, "residual penetration, median / worst (mm)", Metric::residual_penetration_median_m,
+                   left_text(row));
+        add_number(table, "tears", Metric::ruptures,
+                   closed_loop ? count_text(row.ok.sum(Metric::ruptures)) : unknown_text);
+        add_number(table, "force error, equal k / hard (N RMS)", Metric::force_error_rms_equal_k,
+                   forces_text(row, closed_loop));
+        add_number(table, "tick p50 (µs)", Metric::total_median_ns, time_text(row, row.p50, false));
+        add_number(table, "tick p99 (µs)", Metric::total_p99_ns, time_text(row, row.p99, true));
+        add_number(table, "ratio of medians", {}, ratio_text(row, noise_floor));
+        add_number(table, "ticks over 1 ms", Metric::deadline_misses,
+                   misses_text(row.planned, Metric::deadline_misses));
+        add_number(table, "failures", {}, failures_text(row));
         if (row.ok.largest(Metric::side_undecided_max) > 0.0) table.note = undecided_note;
     }
     const std::string order =

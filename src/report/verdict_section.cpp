@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
@@ -44,13 +43,8 @@ std::string substeps_note(const Draft& draft) {
 
 /// Between judged ticks nobody has looked: a worst value is one of those that were.
 std::string judged_note(const Draft& draft) {
-    std::int64_t stride = 1;
-    std::int64_t detail = 1;
-    for (const Record& record : draft.records) {
-        if (record.spec.mode != draft.mode) continue;
-        stride = std::max(stride, record.spec.truth_stride);
-        detail = std::max(detail, record.spec.detail_stride);
-    }
+    const std::int64_t stride = draft.widest_stride(draft.mode);
+    const std::int64_t detail = draft.widest_stride(draft.mode, &RunSpec::detail_stride);
     std::string text =
         stride == 1 ? std::string(" Pairs and depths are judged on every tick")
                     : fmt::format(

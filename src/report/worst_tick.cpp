@@ -184,7 +184,7 @@ void add_worst_tick(Draft& draft, const std::string& worst_tick) {
         return;
     }
     const WorstTick seen = worst_tick_from_json(worst_tick, worst_tick_file);
-    draft.figure(
+    draft.drawing(
         "worst_tick", draw(seen),
         fmt::format("{} at its worst tick ({}, {} s), cut through the deepest place. Rings: the vertices whose places "
                     "the stored solution of hard contact holds, projected onto the cut.",

@@ -93,19 +93,8 @@ bool is_no_larger_part(std::int64_t a, std::int64_t b, std::int64_t c, std::int6
 }  // namespace
 
 const char* name_of(ContactDifference::What what) {
-    switch (what) {
-        case What::lost:
-            return "lost";
-        case What::added:
-            return "added";
-        case What::changed:
-            return "changed";
-        case What::missed:
-            return "missed";
-        case What::untrue:
-            return "untrue";
-    }
-    return "";
+    static constexpr std::array names{"lost", "added", "changed", "missed", "untrue"};
+    return names.at(static_cast<std::size_t>(what));
 }
 
 bool WorstDifferences::is_worse(const ContactDifference& one, const ContactDifference& other) const {

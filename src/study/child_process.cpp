@@ -9,10 +9,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cmath>
-#include <cstdlib>
 #include <cstring>
 #include <ctime>
 #include <fstream>
@@ -97,7 +95,11 @@ SignalsHeld::SignalsHeld() {
     pthread_sigmask(SIG_BLOCK, &held, &before_);
 }
 
-SignalsHeld::~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+SignalsHeld::~SignalsHeld() {
+    while (taken_ && take_interruption()) {
+    }
+    pthread_sigmask(SIG_SETMASK, &before_, nullptr);
+}
 
 bool SignalsHeld::take_interruption() {
     sigset_t set;
@@ -105,7 +107,9 @@ bool SignalsHeld::take_interruption() {
     sigaddset(&set, SIGINT);
     sigaddset(&set, SIGTERM);
     const timespec at_once{0, 0};
-    return sigtimedwait(&set, nullptr, &at_once) > 0;
+    const bool pending = sigtimedwait(&set, nullptr, &at_once) > 0;
+    taken_ = taken_ || pending;
+    return pending;
 }
 
 bool SignalsHeld::wait(double seconds) {
@@ -118,21 +122,19 @@ bool SignalsHeld::wait(double seconds) {
 
 ChildProcess::ChildProcess(const std::vector<std::string>& command, std::filesystem::path log, double time_limit_s,
                            const SignalsHeld& signals)
-    : log_(std::move(log)) {
+    : log_(std::move(log)), time_limit_s_(time_limit_s) {
     std::vector<std::string> arguments = command;
     std::vector<std::string> environment = child_environment();
     const std::vector<char*> argument_list = pointers(arguments);
     const std::vector<char*> environment_list = pointers(environment);
     const int log_file = open(log_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644);
     if (log_file < 0) {
-        start_error_ = errno;
-        start_fault_ = "no log file " + log_.string();
+        start_fault_ = ": no log file " + log_.string();
         return;
     }
     const pid_t parent = getpid();
     child_ = fork();
     if (child_ == 0) become_child(argument_list.data(), environment_list.data(), log_file, parent, signals.before());
-    start_error_ = errno;
     close(log_file);
     if (child_ < 0) return;
     setpgid(child_, child_);
@@ -154,48 +156,29 @@ double ChildProcess::seconds_left() const {
 }
 
 std::optional<ChildEnd> ChildProcess::end() {
-    if (child_ < 0) return ChildEnd{.code = start_error_, .error = start_fault_};
-    ChildEnd end;
+    if (child_ < 0) {
+        return ChildEnd{.failure = {OutcomeKind::crashed, "the process could not be started" + start_fault_}};
+    }
     int status = 0;
-    if (waitpid(child_, &status, WNOHANG) == child_) {
-        end.kind = WIFSIGNALED(status) ? ChildEnd::Kind::signalled : ChildEnd::Kind::exited;
-        end.code = WIFSIGNALED(status) ? WTERMSIG(status) : WEXITSTATUS(status);
-        kill_group();  // whatever the child left running
-    } else if (Clock::now() >= deadline_) {
-        kill_group();
-        waitpid(child_, &status, 0);
-        end.kind = ChildEnd::Kind::timed_out;
-    } else {
-        return std::nullopt;
-    }
+    const bool is_over = waitpid(child_, &status, WNOHANG) == child_;
+    if (!is_over && Clock::now() < deadline_) return std::nullopt;
+    kill_group();  // the child, or whatever it left running
+    if (!is_over) waitpid(child_, &status, 0);
     child_ = -1;
-    end.error = reporting_line(log_);
-    return end;
-}
-
-std::optional<ChildEnd> wait_for(ChildProcess& child) {
-    while (true) {
-        if (std::optional<ChildEnd> end = child.end()) return end;
-        if (SignalsHeld::wait(child.seconds_left())) return std::nullopt;
+    if (!is_over) {
+        return ChildEnd{
+            .failure = {OutcomeKind::timed_out, fmt::format("ended after the limit of {} s", time_limit_s_)}};
     }
-}
-
-Outcome failure_of(const ChildEnd& end, double time_limit_s) {
-    const std::string detail = end.error.empty() ? std::string() : ": " + end.error;
-    switch (end.kind) {
-        case ChildEnd::Kind::timed_out:
-            return {OutcomeKind::timed_out, fmt::format("ended after the limit of {} s", time_limit_s)};
-        case ChildEnd::Kind::signalled: {
-            const char* text = strsignal(end.code);
-            return {OutcomeKind::crashed,
-                    fmt::format("signal {} ({}){}", end.code, text == nullptr ? "unknown" : text, detail)};
-        }
-        case ChildEnd::Kind::not_started:
-            return {OutcomeKind::crashed, "the process could not be started" + detail};
-        case ChildEnd::Kind::exited:
-            break;
+    const std::string words = reporting_line(log_);
+    const std::string detail = words.empty() ? std::string() : ": " + words;
+    if (!WIFSIGNALED(status)) {
+        return ChildEnd{.exited = true,
+                        .failure = {OutcomeKind::crashed, fmt::format("exit status {} without a complete record{}",
+                                                                      WEXITSTATUS(status), detail)}};
     }
-    return {OutcomeKind::crashed, fmt::format("exit status {} without a complete record{}", end.code, detail)};
+    const char* const name = strsignal(WTERMSIG(status));
+    return ChildEnd{.failure = {OutcomeKind::crashed, fmt::format("signal {} ({}){}", WTERMSIG(status),
+                                                                  name == nullptr ? "unknown" : name, detail)}};
 }
 
 DirectoryLock::DirectoryLock(const std::filesystem::path& directory) {

@@ -13,10 +13,8 @@
 namespace trocar {
 
 struct ChildEnd {
-    enum class Kind { exited, signalled, timed_out, not_started };
-    Kind kind = Kind::not_started;
-    int code = 0;       ///< exit status, signal number, or errno when not started
-    std::string error;  ///< last meaningful line of the child's stderr
+    bool exited = false;  ///< by itself, with whatever status
+    Outcome failure;      ///< of a run whose child left no complete result: timed_out or crashed, with the reason
 };
 
 /// Blocks SIGINT, SIGTERM and SIGCHLD during its lifetime; its functions collect them.
@@ -30,13 +28,14 @@ public:
     SignalsHeld& operator=(SignalsHeld&&) = delete;
     /// Signal mask before construction, which children inherit.
     [[nodiscard]] const sigset_t& before() const { return before_; }
-    /// True when an interruption is pending; consumes it.
-    static bool take_interruption();
+    /// True when an interruption is pending; consumes it, and those that come before the end of this lifetime.
+    bool take_interruption();
     /// Waits until a child may have ended, at most `seconds`. True for an interruption.
     static bool wait(double seconds);
 
 private:
     sigset_t before_{};
+    bool taken_ = false;
 };
 
 /// Starts `command` (program and arguments). stdin is empty, stdout is discarded, stderr goes to `log`. The child has
@@ -61,17 +60,11 @@ private:
     using Clock = std::chrono::steady_clock;
     void kill_group() const;
     pid_t child_ = -1;
-    int start_error_ = 0;
     std::string start_fault_;
     std::filesystem::path log_;
+    double time_limit_s_;
     Clock::time_point deadline_;
 };
-
-/// Waits for one child. Empty when interrupted: the child then runs until its object is destroyed.
-std::optional<ChildEnd> wait_for(ChildProcess& child);
-
-/// Outcome of a child that left no complete result: timed_out or crashed, with the reason.
-Outcome failure_of(const ChildEnd& end, double time_limit_s);
 
 /// Exclusive lock on a directory; the operating system releases it when the process ends. Throws InputError when the
 /// directory is not writable or another process holds the lock.

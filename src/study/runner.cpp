@@ -12,7 +12,6 @@
 #include <optional>
 #include <set>
 #include <sstream>
-#include <stdexcept>
 
 #include "geometry/fnv_hash.hpp"
 #include "geometry/gzip.hpp"
@@ -129,6 +128,8 @@ public:
         }
     }
 
+    bool is_interrupted() { return signals_.take_interruption(); }
+
     /// Ends all that run; what they left is gone.
     void stop() {
         for (Child& child : children_) {
@@ -160,14 +161,13 @@ private:
             const std::int64_t turn = last_turn(child.output);
             for (const PlannedRun* run : child.runs) {
                 if (turn >= 0 && run != child.plan + turn) continue;
-                keep(*run, failure_of(end, options_.time_limit_s), std::nullopt);
+                keep(*run, end.failure, std::nullopt);
             }
         } else {
             // A complete answer followed by a crash or a hang is still a failure of the method, with its rows.
-            const bool ended_well = end.kind == ChildEnd::Kind::exited;
             for (std::size_t i = 0; i < child.runs.size(); ++i) {
                 Outcome outcome = (*records)[i].outcome;
-                if (!ended_well && outcome.ok()) outcome = failure_of(end, options_.time_limit_s);
+                if (!end.exited && outcome.ok()) outcome = end.failure;
                 keep(*child.runs[i], outcome, std::move((*records)[i]));
             }
         }
@@ -300,7 +300,7 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
                 if (missing.empty()) result.found += count;
                 // Again without the run that ended the process of a group.
                 for (bool again = false; !missing.empty(); again = true) {
-                    if (SignalsHeld::take_interruption()) {
+                    if (runner.is_interrupted()) {
                         runner.stop();
                         result.interrupted = true;
                         return result;

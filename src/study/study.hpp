@@ -117,6 +117,7 @@ struct SceneFacts {
     std::int64_t ticks = 0;
     double dt = 0.001;  ///< s
     std::int64_t triangles = 0;
+    std::int64_t bodies = 0;
     std::int64_t motions = 0;  ///< bodies with a scripted motion
     bool lacks_data = false;
 };

@@ -67,6 +67,7 @@ SceneFacts facts_of(const Scene& scene) {
     facts.ticks = scene.ticks;
     facts.dt = scene.dt;
     facts.triangles = scene.topology.triangle_count();
+    facts.bodies = scene.topology.body_count();
     facts.motions = std::count_if(scene.bodies.begin(), scene.bodies.end(),
                                   [](const SceneBody& body) { return body.motion.has_value(); });
     std::set<std::string> classes;

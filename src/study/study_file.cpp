@@ -23,27 +23,19 @@ constexpr const char* study_format = "trocar-study-3";
 constexpr auto replay = Experiment::Frames::replay;
 constexpr auto closed_loop = Experiment::Frames::closed_loop;
 
-/// Detectors whose runs are not judged, and what each response runs with.
-void read_choices(const JsonNode& node, Experiment& experiment) {
-    const auto items = [](const JsonNode& list) { return names_all(list) ? std::vector<JsonNode>() : items_of(list); };
-    const std::vector<JsonNode> detectors = items(node.at("detectors"));
-    for (std::size_t i = 0; i < detectors.size(); ++i) {
-        if (!detectors[i].is_text() && detectors[i].has("judged"))
-            experiment.detectors[i].judged = detectors[i].at("judged").flag();
-    }
-    std::vector<std::string> names;
-    for (const Level& detector : experiment.detectors) names.push_back(detector.text);
-    const std::vector<JsonNode> responses = items(node.at("responses"));
-    for (std::size_t i = 0; i < responses.size(); ++i) {
-        if (responses[i].is_text()) continue;
-        auto& only = experiment.responses[i].only;
-        if (const auto chosen = responses[i].find("detectors")) {
-            for (const JsonNode& item : items_of(*chosen))
-                only["detectors"].push_back(item.word(names, NameKind::detector));
-        }
-        if (const auto chosen = responses[i].find("contacts")) only["contacts"] = read_contact_generators(*chosen);
-        if (const auto chosen = responses[i].find("steppers")) only["steppers"] = read_steppers(*chosen);
-    }
+/// What a response runs with instead of the experiment's lists.
+MoreKeys choices_of_response(const Experiment& experiment) {
+    std::vector<std::string> detectors;
+    for (const Level& detector : experiment.detectors) detectors.push_back(detector.text);
+    return {
+        {"detectors",
+         [detectors](const JsonNode& node, Level& response) {
+             for (const JsonNode& item : items_of(node))
+                 response.only["detectors"].push_back(item.word(detectors, NameKind::detector));
+         }},
+        {"contacts",
+         [](const JsonNode& node, Level& response) { response.only["contacts"] = read_contact_generators(node); }},
+        {"steppers", [](const JsonNode& node, Level& response) { response.only["steppers"] = read_steppers(node); }}};
 }
 
 /// Text of the stepper, whatever the default is.
@@ -53,16 +45,6 @@ std::string read_against(const JsonNode& node, const Experiment& experiment) {
     }
     const std::string text = read_stepper(node);
     return text.empty() ? registry().default_stepper().name : text;
-}
-
-/// Largest generated scene of every detector that has one.
-void read_limits(const JsonNode& detectors, Experiment& experiment) {
-    if (names_all(detectors)) return;
-    const std::vector<JsonNode> items = items_of(detectors);
-    for (std::size_t i = 0; i < items.size(); ++i) {
-        if (items[i].is_text() || !items[i].has("most_triangles")) continue;
-        experiment.detectors[i].most_triangles = count_of(items[i].at("most_triangles"));
-    }
 }
 
 Sweep read_sweep(const JsonNode& node, const Experiment& experiment) {
@@ -211,15 +193,15 @@ Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::i
     std::vector<std::string> inputs;
     for (const Input& input : experiment.inputs) inputs.push_back(input.file);
     const bool is_loop = experiment.frames == closed_loop;
-    const std::vector<std::string> of_detector = is_loop     ? std::vector<std::string>{"judged"}
-                                                 : generated ? std::vector<std::string>{"most_triangles"}
-                                                             : std::vector<std::string>{};
+    MoreKeys of_detector;
+    if (is_loop) of_detector["judged"] = [](const JsonNode& value, Level& one) { one.judged = value.flag(); };
+    if (generated) {
+        of_detector["most_triangles"] = [](const JsonNode& value, Level& one) { one.most_triangles = count_of(value); };
+    }
     experiment.detectors = read_methods(node.at("detectors"), true, inputs, of_detector);
     if (is_loop) {
-        experiment.responses = read_methods(node.at("responses"), false, inputs, {"detectors", "contacts", "steppers"});
-        read_choices(node, experiment);
+        experiment.responses = read_methods(node.at("responses"), false, inputs, choices_of_response(experiment));
     }
-    if (!is_loop) read_limits(node.at("detectors"), experiment);
     if (!is_loop && !generated && node.has("contacts")) {
         node.at("contacts").fail("no contact generators in a replay, but on generated scenes", "a list");
     }

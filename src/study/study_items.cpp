@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <map>
-#include <optional>
 #include <set>
 
 #include "geometry/input_error.hpp"
@@ -15,26 +14,29 @@
 namespace trocar {
 namespace {
 
-std::optional<std::string> reason_of_absence(const std::vector<AbsentMethod>& absent, const std::string& name) {
-    for (const AbsentMethod& method : absent) {
-        if (method.name == name) return method.reason;
+/// What `use` makes of the entries of one kind, of those that this build lacks, and of the look-up by name.
+auto of_kind(bool is_detector, const auto& use) {
+    const Registry& all = registry();
+    if (is_detector) {
+        return use(all.detectors(), all.absent_detectors(),
+                   [&all](const std::string& name) -> const DetectorEntry& { return all.detector(name); });
     }
-    return std::nullopt;
+    return use(all.responses(), all.absent_responses(),
+               [&all](const std::string& name) -> const ResponseEntry& { return all.response(name); });
 }
 
 /// Checks a method text against the registry; the registry's own complaint is passed on with the place in the file.
-template <typename LookUp>
-Level check_method(const JsonNode& node, const std::string& text, const std::vector<AbsentMethod>& absent,
-                   LookUp look_up) {
+Level check_method(const JsonNode& node, bool is_detector) {
     Level method;
     try {
-        const MethodSpec spec = parse_method(text);
+        const MethodSpec spec = parse_method(node.text());
         method.text = spec.text();
-        method.absent_reason = reason_of_absence(absent, spec.name);
-        if (!method.absent_reason) {
-            const auto& entry = look_up(spec.name);
-            static_cast<void>(checked_values(entry, spec.parameters));
-        }
+        of_kind(is_detector, [&](const auto&, const std::vector<AbsentMethod>& absent, const auto& look_up) {
+            for (const AbsentMethod& one : absent) {
+                if (one.name == spec.name) method.absent_reason = one.reason;
+            }
+            if (!method.absent_reason) static_cast<void>(checked_values(look_up(spec.name), spec.parameters));
+        });
     } catch (const InputError& error) {
         node.fail("a method of trocar list", error.what());
     }
@@ -70,18 +72,13 @@ std::vector<JsonNode> items_of(const JsonNode& node) {
 std::int64_t count_of(const JsonNode& node, std::int64_t least) { return node.integer(least, 1'000'000'000'000); }
 
 Level read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& inputs,
-                  const std::vector<std::string>& more_keys) {
+                  const MoreKeys& more_keys) {
     const bool plain = node.is_text();
     std::vector<std::string> keys{"method", "setting", "basis"};
     if (!inputs.empty()) keys.emplace_back("scenes");
-    keys.insert(keys.end(), more_keys.begin(), more_keys.end());
+    for (const auto& [key, read] : more_keys) keys.push_back(key);
     if (!plain) expect_object(node, keys, {"method"});
-    const JsonNode name = plain ? node : node.at("method");
-    Level method =
-        is_detector ? check_method(name, name.text(), registry().absent_detectors(),
-                                   [](const std::string& n) -> const DetectorEntry& { return registry().detector(n); })
-                    : check_method(name, name.text(), registry().absent_responses(),
-                                   [](const std::string& n) -> const ResponseEntry& { return registry().response(n); });
+    Level method = check_method(plain ? node : node.at("method"), is_detector);
     if (plain) return method;
     if (node.has("setting")) {
         method.setting = node.at("setting").word({"default", "recommended", "tuned"});
@@ -94,27 +91,19 @@ Level read_method(const JsonNode& node, bool is_detector, const std::vector<std:
     if (method.setting != "default" && method.basis.empty()) {
         node.fail("the key 'basis' (who recommends the setting, or the search and its budget)", "none");
     }
+    for (const auto& [key, read] : more_keys) {
+        if (node.has(key)) read(node.at(key), method);
+    }
     return method;
 }
 
 namespace {
 
-/// Every method of the build, each as it comes; one that the build lacks has its reason.
-template <typename Entry>
-std::vector<Level> all_methods(const std::vector<Entry>& entries, const std::vector<AbsentMethod>& absent) {
-    std::vector<Level> methods;
-    for (const Entry& entry : entries) {
-        if (!entry.control) methods.push_back({.text = entry.name});
-    }
-    for (const AbsentMethod& method : absent) {
-        methods.push_back({.text = method.name, .absent_reason = method.reason});
-    }
-    return methods;
-}
-
-bool knows(const auto& entries, const std::vector<AbsentMethod>& absent, const std::string& name) {
-    const auto is_it = [&name](const auto& entry) { return entry.name == name; };
-    return std::any_of(entries.begin(), entries.end(), is_it) || std::any_of(absent.begin(), absent.end(), is_it);
+bool knows(bool is_detector, const std::string& name) {
+    return of_kind(is_detector, [&name](const auto& entries, const auto& absent, const auto&) {
+        const auto is_it = [&name](const auto& entry) { return entry.name == name; };
+        return std::any_of(entries.begin(), entries.end(), is_it) || std::any_of(absent.begin(), absent.end(), is_it);
+    });
 }
 
 void add_once(const Level& method, std::vector<Level>& methods) {
@@ -124,15 +113,13 @@ void add_once(const Level& method, std::vector<Level>& methods) {
 
 }  // namespace
 
-bool names_all(const JsonNode& node) { return node.is_text() && node.text() == "all"; }
-
 void add_method(const std::string& text, Study& study) {
     const Json value(text);
     const std::string flag = "--with";
     const JsonNode node(value, flag);
     const std::string name = text.substr(0, text.find(':'));
-    const bool is_detector = knows(registry().detectors(), registry().absent_detectors(), name);
-    if (!is_detector && !knows(registry().responses(), registry().absent_responses(), name)) {
+    const bool is_detector = knows(true, name);
+    if (!is_detector && !knows(false, name)) {
         const bool was_detector = !replacement_of(NameKind::detector, "", name).empty();
         throw InputError(
             flag, "", "a detector or response of trocar list",
@@ -159,12 +146,19 @@ void add_method(const std::string& text, Study& study) {
 }
 
 std::vector<Level> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& inputs,
-                                const std::vector<std::string>& more_keys) {
-    if (names_all(node)) {
-        return is_detector ? all_methods(registry().detectors(), registry().absent_detectors())
-                           : all_methods(registry().responses(), registry().absent_responses());
-    }
+                                const MoreKeys& more_keys) {
     std::vector<Level> methods;
+    if (node.is_text() && node.text() == "all") {
+        of_kind(is_detector, [&methods](const auto& entries, const auto& absent, const auto&) {
+            for (const auto& entry : entries) {
+                if (!entry.control) methods.push_back({.text = entry.name});
+            }
+            for (const AbsentMethod& one : absent) {
+                methods.push_back({.text = one.name, .absent_reason = one.reason});
+            }
+        });
+        return methods;
+    }
     std::set<std::string> seen;
     for (const JsonNode& item : items_of(node)) {
         methods.push_back(read_method(item, is_detector, inputs, more_keys));
@@ -249,13 +243,9 @@ void check_parameter(const JsonNode& node, const std::vector<Level>& methods, bo
         if (method.absent_reason) continue;
         const MethodSpec spec = parse_method(with_parameter(method, key, value).text);
         try {
-            if (is_detector) {
-                const DetectorEntry& entry = registry().detector(spec.name);
-                static_cast<void>(checked_values(entry, spec.parameters));
-            } else {
-                const ResponseEntry& entry = registry().response(spec.name);
-                static_cast<void>(checked_values(entry, spec.parameters));
-            }
+            of_kind(is_detector, [&spec](const auto&, const auto&, const auto& look_up) {
+                static_cast<void>(checked_values(look_up(spec.name), spec.parameters));
+            });
         } catch (const InputError& error) {
             node.fail("a parameter and value of trocar list", error.what());
         }
@@ -277,10 +267,7 @@ std::vector<std::string> read_contact_generators(const JsonNode& node) {
 
 std::string read_stepper(const JsonNode& node) {
     try {
-        const MethodSpec spec = parse_method(node.text());
-        make_stepper(spec.name, spec.parameters);
-        const bool is_default = spec.name == registry().default_stepper().name && spec.parameters.empty();
-        return is_default ? std::string() : spec.text();
+        return stepper_text(node.text());
     } catch (const InputError& error) {
         node.fail("a stepper of trocar list", error.what());
     }

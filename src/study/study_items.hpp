@@ -4,6 +4,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -20,15 +22,15 @@ std::vector<JsonNode> items_of(const JsonNode& node);
 /// An integer >= `least`.
 std::int64_t count_of(const JsonNode& node, std::int64_t least = 1);
 
+/// Readers for the further keys of a method that is an object, by key.
+using MoreKeys = std::map<std::string, std::function<void(const JsonNode&, Level&)>>;
 /// Reads a method from text, or from an object with its setting and basis. `inputs`: files of the experiment, of which
-/// the object may name a subset. `more_keys`: further keys that the caller allows and reads.
+/// the object may name a subset.
 Level read_method(const JsonNode& node, bool is_detector, const std::vector<std::string>& inputs = {},
-                  const std::vector<std::string>& more_keys = {});
-/// True for the text "all" in place of a list of methods.
-bool names_all(const JsonNode& node);
+                  const MoreKeys& more_keys = {});
 /// A list of distinct methods, or "all": every method of the build, absent ones included.
 std::vector<Level> read_methods(const JsonNode& node, bool is_detector, const std::vector<std::string>& inputs,
-                                const std::vector<std::string>& more_keys = {});
+                                const MoreKeys& more_keys = {});
 /// Checks a parameter by constructing every method of the list with it.
 void check_parameter(const JsonNode& node, const std::vector<Level>& methods, bool is_detector, const std::string& key,
                      const std::string& value);

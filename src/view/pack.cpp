@@ -6,6 +6,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "geometry/text.hpp"
+
 namespace trocar {
 namespace {
 
@@ -14,25 +16,6 @@ constexpr double largest_code = Quantiser::largest;
 std::uint16_t zigzag(std::uint16_t difference) {
     const auto sign = static_cast<std::uint16_t>((difference & 0x8000U) != 0 ? 0xffffU : 0U);
     return static_cast<std::uint16_t>(static_cast<std::uint16_t>(difference << 1U) ^ sign);
-}
-
-std::uint16_t unzigzag(std::uint16_t number) {
-    return static_cast<std::uint16_t>((number >> 1U) ^ ((number & 1U) != 0 ? 0xffffU : 0U));
-}
-
-std::string base64(std::span<const unsigned char> bytes) {
-    static constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    std::string text;
-    text.reserve((bytes.size() + 2) / 3 * 4);
-    for (std::size_t i = 0; i < bytes.size(); i += 3) {
-        const std::size_t there = std::min<std::size_t>(3, bytes.size() - i);
-        std::uint32_t three = 0;
-        for (std::size_t k = 0; k < 3; ++k) three = three << 8U | (k < there ? bytes[i + k] : 0U);
-        for (std::size_t k = 0; k < 4; ++k) {
-            text += k <= there ? letters[three >> (18U - 6U * k) & 63U] : '=';
-        }
-    }
-    return text;
 }
 
 }  // namespace
@@ -87,33 +70,13 @@ std::string frame_bytes(const std::vector<std::vector<std::uint16_t>>& frames, s
     return bytes;
 }
 
-std::vector<std::vector<std::uint16_t>> frames_of(std::string_view bytes, std::span<const std::uint16_t> rest) {
-    const std::size_t size = rest.size();
-    const std::size_t high = bytes.size() / 2;
-    std::vector<std::vector<std::uint16_t>> frames;
-    std::vector<std::uint16_t> last(rest.begin(), rest.end());
-    for (std::size_t at = 0; at < high;) {
-        std::uint16_t change = 0;
-        for (std::size_t i = 0; i < size; ++i, ++at) {
-            if (i % (size / 3) == 0) change = 0;
-            const auto low_byte = static_cast<unsigned char>(bytes[at]);
-            const auto high_byte = static_cast<unsigned char>(bytes[high + at]);
-            change =
-                static_cast<std::uint16_t>(change + unzigzag(static_cast<std::uint16_t>(low_byte | high_byte << 8U)));
-            last[i] = static_cast<std::uint16_t>(last[i] + change);
-        }
-        frames.push_back(last);
-    }
-    return frames;
-}
-
 std::string deflated(std::string_view bytes) {
     uLongf size = compressBound(bytes.size());
     std::vector<unsigned char> packed(size);
     const int status = compress2(packed.data(), &size, reinterpret_cast<const unsigned char*>(bytes.data()),
                                  bytes.size(), Z_BEST_COMPRESSION);
     if (status != Z_OK) throw std::runtime_error("zlib: no memory for the frames of a page");
-    return base64({packed.data(), size});
+    return base64({reinterpret_cast<const char*>(packed.data()), size});
 }
 
 }  // namespace trocar

@@ -2,7 +2,6 @@
 // replay thus fits into one file. src/web/source/data.js decodes it.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -40,9 +39,6 @@ std::vector<std::uint16_t> quantised(const Matrix3X& position, const Quantiser& 
 /// less the change of the preceding vertex in its plane. Differences are modulo 2^16 and zigzag coded; all low bytes
 /// precede all high bytes.
 std::string frame_bytes(const std::vector<std::vector<std::uint16_t>>& frames, std::span<const std::uint16_t> rest);
-
-/// Inverse of frame_bytes; for tests.
-std::vector<std::vector<std::uint16_t>> frames_of(std::string_view bytes, std::span<const std::uint16_t> rest);
 
 /// zlib stream in base64.
 std::string deflated(std::string_view bytes);

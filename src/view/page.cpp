@@ -7,6 +7,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "geometry/text.hpp"
 #include "view/pack.hpp"
 #include "web/web.hpp"
 
@@ -147,29 +148,6 @@ std::string for_script(const Json& json) {
     return text;
 }
 
-std::string for_html(const std::string& text) {
-    std::string safe;
-    for (const char letter : text) {
-        switch (letter) {
-            case '&':
-                safe += "&amp;";
-                break;
-            case '<':
-                safe += "&lt;";
-                break;
-            case '>':
-                safe += "&gt;";
-                break;
-            case '"':
-                safe += "&quot;";
-                break;
-            default:
-                safe += letter;
-        }
-    }
-    return safe;
-}
-
 std::string data_json(const ViewPage& page, std::size_t thin, const std::string& foot) {
     const Extent box = box_of(page);
     const Quantiser quantiser(box.low, box.high);
@@ -255,7 +233,7 @@ std::string view_html(const ViewPage& page, const std::string& script, std::size
         if (data.size() <= budget || thin >= frames) break;
     }
     const std::string code = script.empty() ? fmt::format("<script>{}</script>", web::viewer_script())
-                                            : fmt::format("<script src=\"{}\"></script>", for_html(script));
+                                            : fmt::format("<script src=\"{}\"></script>", escape_xml(script));
     // Whatever is in the page, it loads nothing from outside: neither by mistake nor by a name that somebody chose.
     return fmt::format(
         "<!doctype html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
@@ -265,7 +243,7 @@ std::string view_html(const ViewPage& page, const std::string& script, std::size
         "<title>{} · trocar</title>\n</head>\n<body>\n"
         "<noscript>This page needs JavaScript.</noscript>\n"
         "<script id=\"trocar-view\" type=\"application/json\">{}</script>\n{}\n</body>\n</html>\n",
-        for_html(page.scene), data, code);
+        escape_xml(page.scene), data, code);
 }
 
 }  // namespace trocar

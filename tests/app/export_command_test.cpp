@@ -57,11 +57,8 @@ TEST_F(Export, TakesRecordings) {
 }
 
 TEST_F(Export, AnInterruptionLeavesNothingBehind) {
-    const std::string command = "timeout --preserve-status --signal=INT 2 " + std::string(TROCAR_PROGRAM) + " " +
-                                words("obj", "--ticks 10000000 --every 10000000") + " >/dev/null 2>&1";
-    const int status = std::system(command.c_str());
-    ASSERT_TRUE(WIFEXITED(status));
-    EXPECT_EQ(WEXITSTATUS(status), 130);
+    const std::string interrupted = "timeout --preserve-status --signal=INT 2 " + std::string(TROCAR_PROGRAM);
+    EXPECT_EQ(test::run_program(words("obj", "--ticks 10000000 --every 10000000"), interrupted).status, 130);
     for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
         EXPECT_EQ(entry.path().filename(), "poke.json") << "neither the folder nor a part of it";
     }

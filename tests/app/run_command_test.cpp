@@ -1,12 +1,8 @@
 // `trocar run` as a user meets it: the document of DESIGN §10, the recording, and the exit status.
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
-#include <thread>
 
 #include "method/registry.hpp"
 #include "scene/recording.hpp"
@@ -211,21 +207,8 @@ TEST_F(RunCommand, RecordingNeverReplacesAPipeOrDevice) {
 
 TEST_F(RunCommand, InterruptedRunEndsWithOneHundredAndThirty) {
     const std::string file = (folder_.path() / "half.trocrec").string();
-    const pid_t child = fork();
-    ASSERT_GE(child, 0);
-    if (child == 0) {
-        if (std::freopen("/dev/null", "w", stdout) == nullptr || std::freopen("/dev/null", "w", stderr) == nullptr)
-            _exit(9);
-        execl(TROCAR_PROGRAM, TROCAR_PROGRAM, "run", scene_.c_str(), "--ticks", "100000000", "--record", file.c_str(),
-              nullptr);
-        _exit(9);
-    }
-    std::this_thread::sleep_for(std::chrono::milliseconds(500));
-    ASSERT_EQ(kill(child, SIGINT), 0);
-    int status = 0;
-    ASSERT_EQ(waitpid(child, &status, 0), child);
-    ASSERT_TRUE(WIFEXITED(status));
-    EXPECT_EQ(WEXITSTATUS(status), 130);
+    const std::string interrupted = "timeout --preserve-status --signal=INT 0.5 " + std::string(TROCAR_PROGRAM);
+    EXPECT_EQ(run_program("run " + scene_ + " --ticks 100000000 --record " + file, interrupted).status, 130);
     EXPECT_FALSE(std::filesystem::exists(file)) << "nothing half-written";
 }
 

@@ -95,16 +95,13 @@ protected:
     TemporaryFolder folder_;
 };
 
-TEST_F(StudyCommand, InterruptedItGoesOnWhereItStopped) {
+TEST_F(StudyCommand, InterruptedOrKilledItGoesOnWhereItStopped) {
     write_study(200);
-    EXPECT_EQ(start_and_kill(2, SIGINT), 130);
-    expect_resumed(finished_runs());
-}
-
-TEST_F(StudyCommand, KilledItGoesOnWhereItStopped) {
-    write_study(200);
-    EXPECT_EQ(start_and_kill(2, SIGKILL), -SIGKILL);
-    expect_resumed(finished_runs());
+    for (const auto& [signal, end] : {std::pair{SIGKILL, -SIGKILL}, {SIGINT, 130}}) {
+        EXPECT_EQ(start_and_kill(2, signal), end);
+        expect_resumed(finished_runs());
+        std::filesystem::remove_all(output());
+    }
 }
 
 TEST_F(StudyCommand, ReportsEveryRunAndRebuildsTheReportToTheByte) {

@@ -1,8 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <csignal>
-#include <nlohmann/json.hpp>
-
 #include "export/reported_run.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"

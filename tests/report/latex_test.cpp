@@ -9,7 +9,6 @@
 #include <variant>
 
 #include "report/report.hpp"
-#include "report/synthetic.hpp"
 #include "support/program.hpp"
 #include "support/text.hpp"
 
@@ -62,23 +61,6 @@ TEST(LatexTables, AnOverfullBoxWouldBeSeen) {
     if (!has_latex()) GTEST_SKIP() << no_latex;
     EXPECT_EQ(overfull_boxes(log_of({{"wide.tex", "\\noindent\\rule{300pt}{1pt}\n"}})), 1);
     EXPECT_EQ(overfull_boxes(log_of({{"high.tex", "\\noindent\\rule{1pt}{800pt}\n"}})), 1);
-}
-
-TEST(LatexTables, NoneOfAReportIsTooWideForAJournalsColumn) {
-    if (!has_latex()) GTEST_SKIP() << no_latex;
-    std::vector<Record> records;
-    for (const char* detector : {"mine:cell_factor=1.25,swept=on,hash=teschner", "theirs"}) {
-        for (const char* scene : {"i2t_poke", "a_scene_with_a_long_name_that_goes_on"}) {
-            for (std::int64_t process = 0; process < 2; ++process) {
-                records.push_back(test::synthetic({.scene = scene, .detector = detector, .repetition = process}));
-                records.push_back(
-                    test::synthetic({.mode = "replay", .scene = scene, .detector = detector, .repetition = process}));
-            }
-        }
-    }
-    const std::map<std::string, std::string> tables = tables_of(make_report(records).document);
-    ASSERT_GT(tables.size(), 5U);
-    EXPECT_EQ(overfull_boxes(log_of(tables)), 0);
 }
 
 TEST(LatexTables, NoneOfThePublishedReportsIsTooWide) {

@@ -143,25 +143,6 @@ TEST(PageOne, TearsAreNamedBesideTheWorst) {
                        {"`unilateral` left 0.500 mm at worst (on b; 1 tear in all)"});
 }
 
-TEST(PageOne, WordsThatTakeSidesAreInNoTable) {
-    std::vector<Record> records = four_responses();
-    for (const char* detector : {"mine", "theirs"}) {
-        records.push_back(synthetic({.mode = "replay", .detector = detector, .own = detector == std::string("mine")}));
-    }
-    const Report report = make_report(records);
-    for (const Block& block : report.document.blocks) {
-        const auto* table = std::get_if<Table>(&block);
-        if (table == nullptr) continue;
-        std::vector<std::string> texts;
-        for (const Column& column : table->columns) texts.push_back(column.header);
-        for (const TableRow& row : table->rows) texts.insert(texts.end(), row.cells.begin(), row.cells.end());
-        for (const std::string& text : texts) {
-            for (const char* word : {"own", "foreign", "reference", "ratio to reference"}) EXPECT_NE(text, word);
-            EXPECT_EQ(text.find("best of ours"), std::string::npos);
-        }
-    }
-}
-
 TEST(PageOne, DetectorsAreReportedOnTheSameFrames) {
     std::vector<Record> records;
     for (const std::int64_t process : {0, 1}) {
@@ -224,16 +205,6 @@ TEST(PageOne, ItsLastLineReportsWhereTheNumbersComeFromAndHowToHaveThemAgain) {
     test::expect_holds(frames, {"<sub>Study `made_up`, commit `0123456789ab`, Paper CPU, seed 1, 2 runs. Frames "
                                 "`468a08b491d01dbc`." +
                                 again});
-}
-
-TEST(PageOne, TheThesisIsNamedInFullWhereItTakesPart) {
-    std::vector<Record> records = four_responses();
-    const char* const named =
-        "Jitesh Butala describes in \"Collision Response for Virtual Laparoscopic Surgery\", M.S. "
-        "thesis in Electrical Engineering, The University of Texas at Arlington, August 2005";
-    EXPECT_EQ(make_report(records).files.at("report.md").find(named), std::string::npos);
-    records.push_back(synthetic({.scene = "a", .response = "thesis:profile=faithful", .state_hash = "8"}));
-    EXPECT_NE(make_report(records).files.at("report.md").find(named), std::string::npos);
 }
 
 WorstTick seen() {

@@ -7,7 +7,6 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <string_view>
 
 #include "geometry/input_error.hpp"
 #include "method/registry.hpp"

@@ -19,6 +19,31 @@ Matrix3X random_positions(Index count, std::mt19937& random, const Vector3& low,
     return positions;
 }
 
+std::uint16_t unzigzag(std::uint16_t number) {
+    return static_cast<std::uint16_t>((number >> 1U) ^ ((number & 1U) != 0 ? 0xffffU : 0U));
+}
+
+/// Inverse of frame_bytes, as src/web/source/data.js has it.
+std::vector<std::vector<std::uint16_t>> frames_of(std::string_view bytes, const std::vector<std::uint16_t>& rest) {
+    const std::size_t size = rest.size();
+    const std::size_t high = bytes.size() / 2;
+    std::vector<std::vector<std::uint16_t>> frames;
+    std::vector<std::uint16_t> last = rest;
+    for (std::size_t at = 0; at < high;) {
+        std::uint16_t change = 0;
+        for (std::size_t i = 0; i < size; ++i, ++at) {
+            if (i % (size / 3) == 0) change = 0;
+            const auto low_byte = static_cast<unsigned char>(bytes[at]);
+            const auto high_byte = static_cast<unsigned char>(bytes[high + at]);
+            change =
+                static_cast<std::uint16_t>(change + unzigzag(static_cast<std::uint16_t>(low_byte | high_byte << 8U)));
+            last[i] = static_cast<std::uint16_t>(last[i] + change);
+        }
+        frames.push_back(last);
+    }
+    return frames;
+}
+
 TEST(Quantiser, ACoordinateComesBackToHalfAStep) {
     std::mt19937 random(7);
     const Vector3 low(-0.3, 0.01, -2.0);
