@@ -238,12 +238,19 @@ public:
     /// Scene and simulation outlive it. Records the reference's state and the scene's notes.
     ClosedLoopTruth(const Scene& scene, const RunSpec& spec, const Simulation& simulation, Record& record)
         : spec_(&spec),
-          judge_(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials),
+          scene_(&scene),
+          judge_(scene.topology, scripted_frame(scene, -scene.prelude_ticks()), simulation.yielding_pairs(),
+                 &scene.materials),
           script_(scene),
-          passages_(scene),
+          passages_(scene, scripted_frame(scene, -scene.prelude_ticks())),
           reference_(find_reference(scene)),
           comparison_(reference_, scene.dt),
           against_(against_of(scene, spec)) {
+        for (std::int64_t tick = 1 - scene.prelude_ticks(); tick < 0; ++tick) {
+            const Frame frame = scripted_frame(scene, tick);
+            judge_.follow(frame);
+            passages_.follow(frame);
+        }
         // Needs the start and the end of every tick.
         if (spec.truth_stride == 1) untouched_.emplace(scene.topology, scene.first, simulation.yielding_pairs());
         record.environment["reference.hard"] = text_of(reference_.reference.hard);
@@ -257,7 +264,11 @@ public:
         const bool judged = is_judged(*spec_, tick, ticks);
         if (judged || is_cut(*spec_, row)) {
             const bool in_detail = is_judged_in_detail(*spec_, tick, ticks);
-            judge_.judge_detection(simulation.seen(), simulation.contacts(), row, in_detail);
+            if (scene_->has_contact_at(tick)) {
+                judge_.judge_detection(simulation.seen(), simulation.contacts(), row, in_detail);
+            } else {
+                judge_.follow(simulation.seen());
+            }
             if (judged) judge_.judge_outcome(simulation.frame(), row, script_.up_to(row.time), in_detail);
         }
         if (untouched_) {
@@ -291,6 +302,7 @@ public:
 
 private:
     const RunSpec* spec_;
+    const Scene* scene_;
     Judge judge_;
     std::optional<ForceWithoutTouch> untouched_;
     ScriptedPath script_;

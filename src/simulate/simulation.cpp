@@ -261,8 +261,11 @@ StepRow Simulation::step() {
     row.query_distance = s.ask_query_distance(s.stepper ? s.stepper->largest_move() : 0.0);
     s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.query_distance); });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
+    const bool has_contact = s.scene.has_contact_at(row.tick);
+    if (!has_contact) s.contacts.answer_nothing();
     s.take_over_detection(row);
     s.timed(Stage::contacts, row, [&] { s.generator->gather(s.seen, s.contacts); });
+    if (!has_contact) s.contacts.contacts.clear();
     if (s.outcome.ok()) s.outcome = check_contacts(s.scene.topology, s.contacts);
 
     if (s.wants_query_distance) s.note_deep_edges();
