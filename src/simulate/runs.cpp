@@ -22,6 +22,7 @@
 #include "simulate/metamorphic.hpp"
 #include "simulate/overrides.hpp"
 #include "simulate/paced.hpp"
+#include "simulate/resolution.hpp"
 #include "simulate/simulation.hpp"
 #include "simulate/step_check.hpp"
 
@@ -335,6 +336,7 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         return record;
     }
     if (spec.mode == "metamorphic") return run_metamorphic_test(scene, spec, limits);
+    if (spec.mode == "resolution") return run_resolution(scene, spec, limits);
     if (spec.mode == "work_precision") {
         Record record = spec.response.empty() ? run_replay(scene, spec, limits) : run_closed_loop(scene, spec, limits);
         record.environment["run.dt_s"] = fmt::format("{}", scene.dt);
@@ -344,10 +346,11 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
     for (const std::string_view mode : {"closed_loop", "paced", "cost_by_size", "hard_case", "against"}) {
         if (spec.mode == mode) return run_closed_loop(scene, spec, limits);
     }
-    throw InputError(
-        "run", "/mode",
-        "replay, repeated_motion, closed_loop, work_precision, paced, cost_by_size, against, metamorphic or hard_case",
-        fmt::format("'{}'", spec.mode));
+    throw InputError("run", "/mode",
+                     "replay, repeated_motion, closed_loop, work_precision, paced, cost_by_size, against, resolution, "
+                     "metamorphic or "
+                     "hard_case",
+                     fmt::format("'{}'", spec.mode));
 }
 
 Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
@@ -425,6 +428,33 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary.merge(summarize(record.rows, {.motion_end = truth ? truth->motion_end() : std::nan("")}));
     if (truth) truth->add_to(simulation, record.summary);
+    return record;
+}
+
+Record run_resolution(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
+    const Scene twin = twin_of(scene);
+    RunSpec alone = spec;
+    alone.against.clear();
+    RunSpec twin_spec = alone;
+    twin_spec.ticks = 0;
+    ResolutionTrail twin_trail(scene, scene.prelude_ticks());
+    RunLimits twin_limits = limits;
+    twin_limits.observe = [&](const Simulation& simulation, const StepRow& row) {
+        twin_trail.observe(simulation, row);
+    };
+    const Record twin_record = run_closed_loop(twin, twin_spec, twin_limits);
+    ResolutionTrail trail(scene, 0);
+    RunLimits own_limits = limits;
+    own_limits.observe = [&](const Simulation& simulation, const StepRow& row) {
+        trail.observe(simulation, row);
+        if (limits.observe) limits.observe(simulation, row);
+    };
+    Record record = run_closed_loop(scene, alone, own_limits);
+    record.spec = spec;
+    const Resolution resolution = compare_resolution(scene, record.outcome, trail, twin_trail);
+    record.summary.merge(Summary(resolution.figures));
+    record.environment["resolution.cause"] = text_of(resolution.cause);
+    record.environment["resolution.twin"] = fmt::format("{}", name_of(twin_record.outcome.kind));
     return record;
 }
 

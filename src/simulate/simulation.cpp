@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <optional>
 
@@ -364,6 +365,7 @@ const std::vector<ContactForce>& Simulation::contact_forces() const { return sta
 const std::vector<Wrench>& Simulation::body_loads() const { return state_->load; }
 const Outcome& Simulation::outcome() const { return state_->outcome; }
 Summary Simulation::audit_figures() const { return state_->audit ? state_->audit->figures() : Summary{}; }
+double Simulation::tissue_energy_gain() const { return state_->audit ? state_->audit->tissue_gain() : std::nan(""); }
 std::optional<ForceLawValues> Simulation::values_in_force() const {
     if (!state_->response || !state_->prepared.ok()) return std::nullopt;
     return state_->response->values_in_force();
