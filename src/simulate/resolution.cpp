@@ -76,28 +76,28 @@ struct Comparison {
     [[nodiscard]] std::size_t rest_begin() const { return static_cast<std::size_t>(window.rest_begin - window.begin); }
     [[nodiscard]] bool is_whole() const {
         const auto length = static_cast<std::size_t>(window.end - window.begin);
-        return trail.ticks().size() == length && twin.ticks().size() == length;
+        return trail.ticks.size() == length && twin.ticks.size() == length;
     }
     [[nodiscard]] std::span<const Tick> rest(const ResolutionTrail& of) const {
-        const std::span<const Tick> all(of.ticks());
+        const std::span<const Tick> all(of.ticks);
         return all.subspan(std::min(rest_begin(), all.size()));
     }
     [[nodiscard]] double twin_depth() const { return largest(rest(twin), &Tick::depth); }
     [[nodiscard]] double place_difference() const {
-        const std::vector<double> list = distances(scene, trail.mean_position(), twin.mean_position());
+        const std::vector<double> list = distances(scene, trail.mean_position, twin.mean_position);
         return list.empty() ? 0.0 : quantile(list, place_share);
     }
 
     [[nodiscard]] bool violates(const Tick& tick) const {
         return !(tick.depth <= twin_depth() + depth_edges * edge) ||
                tick.wrong_side_area > largest(rest(twin), &Tick::wrong_side_area) + edge * edge ||
-               tick.strain_over > 0.0 || tick.ruptures > 0;
+               tick.strain_over > 0.0;
     }
     /// Ticks to the last violation and one more; the window's length where it ends with one.
     [[nodiscard]] std::size_t clock() const {
         std::size_t after = 0;
-        for (std::size_t t = 0; t < trail.ticks().size(); ++t) {
-            if (violates(trail.ticks()[t])) after = t + 1;
+        for (std::size_t t = 0; t < trail.ticks.size(); ++t) {
+            if (violates(trail.ticks[t])) after = t + 1;
         }
         return after;
     }
@@ -106,19 +106,20 @@ struct Comparison {
         const double allowed = std::max(least_force, force_share * expected.norm());
         return (mean_force(rest(trail)) - expected).norm() <= allowed && place_difference() <= place_edges * edge;
     }
-    [[nodiscard]] bool twin_resolves() const { return twin_depth() <= 0.5 * trail.depth_before(); }
+    [[nodiscard]] bool tears() const {
+        return std::any_of(trail.ticks.begin(), trail.ticks.end(), [](const Tick& tick) { return tick.ruptures > 0; });
+    }
+    [[nodiscard]] bool twin_resolves() const { return twin_depth() <= 0.5 * trail.depth_before; }
 };
 
 Unresolved cause_of(const Comparison& with, const Outcome& outcome) {
-    const std::vector<Tick>& ticks = with.trail.ticks();
+    const std::vector<Tick>& ticks = with.trail.ticks;
     if (!outcome.ok() || ticks.empty() || ticks.back().strain_over > 0.0) return Unresolved::unstable;
-    if (std::any_of(ticks.begin(), ticks.end(), [](const Tick& tick) { return tick.ruptures > 0; })) {
-        return Unresolved::rupture;
-    }
+    if (with.tears()) return Unresolved::rupture;
     if (ticks.back().offered == 0) return Unresolved::nothing_reported;
-    if (ticks.back().used == 0) return Unresolved::no_direction;
     const std::span<const Tick> rest = with.rest(with.trail);
     const Vector3 force = mean_force(rest);
+    if (ticks.back().used == 0 || force.isZero(0.0)) return Unresolved::no_direction;
     const bool deep = with.violates(ticks.back());
     const bool opposed = force.dot(mean_force(with.rest(with.twin))) <= 0.0 && force.norm() > least_force;
     if (!deep || opposed) return Unresolved::wrong_side_held;
@@ -156,44 +157,40 @@ ResolutionWindow resolution_window(const Scene& scene) {
     return window_of(scene);
 }
 
-ResolutionTrail::ResolutionTrail(const Scene& scene, std::int64_t delay)
+ResolutionObserver::ResolutionObserver(const Scene& scene, std::int64_t delay)
     : scene_(&scene), window_(resolution_window(scene)), delay_(delay) {
-    ticks_.reserve(static_cast<std::size_t>(window_.end - window_.begin));
-    position_sum_ = Matrix3X::Zero(3, scene.topology.vertex_count);
+    trail_.ticks.reserve(static_cast<std::size_t>(window_.end - window_.begin));
+    trail_.mean_position = Matrix3X::Zero(3, scene.topology.vertex_count);
+    trail_.last_position = scene.first.position;
 }
 
-Matrix3X ResolutionTrail::mean_position() const {
-    return position_sum_ / static_cast<double>(std::max<std::int64_t>(1, positions_));
-}
-
-/// Truth on the state that the interval has left: where it ends before the first tick, no row has it.
-void ResolutionTrail::measure_start(const Simulation& simulation) {
+/// m, of what an interval leaves that ends with the first tick, before which there is no row.
+double ResolutionObserver::depth_at_start(const Simulation& simulation) const {
     DepthTruth depth(scene_->topology, scripted_frame(*scene_, -scene_->prelude_ticks()), simulation.yielding_pairs());
     for (std::int64_t tick = 1 - scene_->prelude_ticks(); tick < 0; ++tick) depth.follow(scripted_frame(*scene_, tick));
-    depth_before_ = depth.measure(scene_->first).residual_penetration;
+    return depth.measure(scene_->first).residual_penetration;
 }
 
-void ResolutionTrail::observe(const Simulation& simulation, const StepRow& row) {
+void ResolutionObserver::observe(const Simulation& simulation, const StepRow& row) {
     const std::int64_t tick = row.tick - delay_;
     if (row.outcome != OutcomeKind::ok) return;
-    if (tick == 0 && window_.begin == 0) measure_start(simulation);
-    if (tick == window_.begin - 1) depth_before_ = row.residual_penetration;
-    last_position_ = simulation.frame().position;
+    if (tick == 0 && window_.begin == 0) trail_.depth_before = depth_at_start(simulation);
+    if (tick == window_.begin - 1) trail_.depth_before = row.residual_penetration;
+    trail_.last_position = simulation.frame().position;
     if (tick < window_.begin || tick >= window_.end) return;
-    if (tick == window_.begin) meets_ = row.true_pairs > 0;
-    Tick& seen = ticks_.emplace_back();
-    seen.depth = row.residual_penetration;
-    seen.wrong_side_area = row.wrong_side_area;
-    seen.force = row.tool_force;
-    seen.energy = simulation.tissue_energy_gain();
-    seen.overshoot = std::isnan(row.overshoot) ? 0.0 : row.overshoot;
-    seen.strain_over = std::isnan(row.strain_over) ? 0.0 : row.strain_over;
-    seen.ruptures = row.ruptures;
-    seen.offered = row.contacts_offered;
-    seen.used = row.contacts_used;
+    if (tick == window_.begin) trail_.meets = row.true_pairs > 0;
+    trail_.ticks.push_back({.depth = row.residual_penetration,
+                            .wrong_side_area = row.wrong_side_area,
+                            .force = row.tool_force,
+                            .energy = simulation.tissue_energy_gain(),
+                            .overshoot = std::isnan(row.overshoot) ? 0.0 : row.overshoot,
+                            .strain_over = std::isnan(row.strain_over) ? 0.0 : row.strain_over,
+                            .ruptures = row.ruptures,
+                            .offered = row.contacts_offered,
+                            .used = row.contacts_used});
     if (tick < window_.rest_begin) return;
-    position_sum_ += simulation.frame().position;
-    ++positions_;
+    ++resting_;
+    trail_.mean_position += (simulation.frame().position - trail_.mean_position) / static_cast<double>(resting_);
 }
 
 std::string_view text_of(Unresolved cause) {
@@ -221,17 +218,17 @@ std::string_view text_of(Unresolved cause) {
 Resolution compare_resolution(const Scene& scene, const Outcome& outcome, const ResolutionTrail& trail,
                               const ResolutionTrail& twin) {
     const Comparison with{scene, trail, twin, resolution_window(scene), QueryDistance(scene, 1.0).edge()};
-    const std::vector<Tick>& ticks = trail.ticks();
+    const std::vector<Tick>& ticks = trail.ticks;
     const std::size_t clock = with.clock();
-    const bool resolved =
-        outcome.ok() && with.is_whole() && clock < ticks.size() && with.rests_like_the_twin() && with.twin_resolves();
+    const bool resolved = outcome.ok() && with.is_whole() && clock < ticks.size() && !with.tears() &&
+                          with.rests_like_the_twin() && with.twin_resolves();
     Resolution result;
     Summary& figures = result.figures;
     figures[Metric::resolution_resolved] = resolved ? 1.0 : 0.0;
     figures[Metric::resolution_cleared] =
         resolved && largest(ticks, &Tick::depth) <= depth_edges * with.edge ? 1.0 : 0.0;
-    figures[Metric::resolution_meets] = trail.meets() ? 1.0 : 0.0;
-    figures[Metric::resolution_depth_before_m] = trail.depth_before();
+    figures[Metric::resolution_meets] = trail.meets ? 1.0 : 0.0;
+    figures[Metric::resolution_depth_before_m] = trail.depth_before;
     figures[Metric::resolution_depth_after_m] = ticks.empty() ? std::nan("") : ticks.back().depth;
     figures[Metric::resolution_depth_twin_m] = with.twin_depth();
     figures[Metric::resolution_ticks] = resolved ? static_cast<double>(clock) : std::nan("");
@@ -252,10 +249,10 @@ Resolution compare_resolution(const Scene& scene, const Outcome& outcome, const 
     figures[Metric::resolution_excess_energy] =
         stored > 0.0 ? largest(ticks, &Tick::energy) / stored - 1.0 : std::nan("");
     figures[Metric::resolution_overshoot_m] =
-        std::max(0.0, largest(ticks, &Tick::overshoot) - largest(twin.ticks(), &Tick::overshoot));
+        std::max(0.0, largest(ticks, &Tick::overshoot) - largest(twin.ticks, &Tick::overshoot));
     figures[Metric::resolution_wrong_side_m2] = ticks.back().wrong_side_area;
     figures[Metric::resolution_place_difference_m] = with.place_difference();
-    const std::vector<double> left = distances(scene, trail.last_position(), twin.last_position());
+    const std::vector<double> left = distances(scene, trail.last_position, twin.last_position);
     const bool goes_on = scene.ticks >= with.window.end + ticks_in(scene, ResolutionWindow::rest);
     figures[Metric::resolution_left_behind_m] =
         goes_on && !left.empty() ? *std::max_element(left.begin(), left.end()) : std::nan("");

@@ -32,15 +32,7 @@ bool has_resolution_window(const Scene& scene);
 ResolutionWindow resolution_window(const Scene& scene);
 
 /// What one run leaves in the window.
-class ResolutionTrail {
-public:
-    /// `delay`: ticks by which the run is behind the scene, 0 or, of its twin, Scene::prelude_ticks(). The scene
-    /// outlives the object.
-    ResolutionTrail(const Scene& scene, std::int64_t delay);
-
-    /// Call after every tick, judged by truth.
-    void observe(const Simulation& simulation, const StepRow& row);
-
+struct ResolutionTrail {
     struct Tick {
         double depth = 0.0;               ///< m, residual penetration
         double wrong_side_area = 0.0;     ///< m²
@@ -52,29 +44,32 @@ public:
         std::int64_t offered = 0;  ///< contacts, to the response
         std::int64_t used = 0;
     };
-    /// Of the window, in order; fewer where the run ended before.
-    [[nodiscard]] const std::vector<Tick>& ticks() const { return ticks_; }
-    /// m, 3×N, mean over the rest.
-    [[nodiscard]] Matrix3X mean_position() const;
-    /// m, 3×N, after the last tick of the run.
-    [[nodiscard]] const Matrix3X& last_position() const { return last_position_; }
-    /// Truth knows a pair that meets in the first tick of the window.
-    [[nodiscard]] bool meets() const { return meets_; }
-    /// m, residual penetration that the interval has left.
-    [[nodiscard]] double depth_before() const { return depth_before_; }
+    std::vector<Tick> ticks;    ///< of the window, in order; fewer where the run ended before
+    Matrix3X mean_position;     ///< m, 3×N, over the rest
+    Matrix3X last_position;     ///< m, 3×N, after the last tick of the run
+    bool meets = false;         ///< truth knows a pair that meets in the first tick of the window
+    double depth_before = 0.0;  ///< m, residual penetration that the interval has left
+};
+
+/// Makes the trail of a run, tick by tick.
+class ResolutionObserver {
+public:
+    /// `delay`: ticks by which the run is behind the scene, 0 or, of its twin, Scene::prelude_ticks(). The scene
+    /// outlives the object.
+    ResolutionObserver(const Scene& scene, std::int64_t delay);
+
+    /// Call after every tick, judged by truth.
+    void observe(const Simulation& simulation, const StepRow& row);
+    [[nodiscard]] const ResolutionTrail& trail() const { return trail_; }
 
 private:
-    void measure_start(const Simulation& simulation);
+    [[nodiscard]] double depth_at_start(const Simulation& simulation) const;
 
     const Scene* scene_;
     ResolutionWindow window_;
     std::int64_t delay_ = 0;
-    std::vector<Tick> ticks_;
-    Matrix3X position_sum_;
-    std::int64_t positions_ = 0;
-    Matrix3X last_position_;
-    bool meets_ = false;
-    double depth_before_ = 0.0;
+    std::int64_t resting_ = 0;  ///< ticks of the rest so far
+    ResolutionTrail trail_;
 };
 
 /// Why a run has not resolved.
@@ -83,7 +78,7 @@ enum class Unresolved : std::uint8_t {
     unstable,           ///< the outcome is not ok, or strain exceeds the limit
     rupture,            ///< contact tore
     nothing_reported,   ///< at the end of the window the response gets no contact
-    no_direction,       ///< it gets contacts and uses none
+    no_direction,       ///< it gets contacts and exerts no force
     wrong_side_held,    ///< bodies are kept apart, or pushed, where the twin is not
     too_slow,           ///< the depth still falls
     balance_of_forces,  ///< it stands
@@ -95,12 +90,16 @@ struct Resolution {
     Unresolved cause = Unresolved::none;
 };
 
-/// Compares a run with its twin under the same response. `outcome`: of the run. Resolved: from some tick of the window
-/// to its end the depth is at most 0.02 edges more than the twin's largest at rest, the area on a wrong side at most
-/// one squared edge more, strain is within the limit and nothing tears; over the rest the mean force differs from the
-/// twin's by at most 0.05 N or 25 %, and 95 % of the free tissue vertices by at most 0.25 edges. Where the twin itself
-/// is deeper than half the depth that the interval left, nothing is resolved. Edges are the smallest mean edge of a
-/// body that moves. 2005 thesis, section 3.4.4, is the subject; the protocol is this project's.
+/// Compares a run with its twin under the same response. `outcome`: of the run. It has resolved where all of this
+/// holds:
+/// - From some tick of the window to its end the depth is at most 0.02 edges more than the twin's largest at rest, the
+///   area on a wrong side at most one squared edge more, and strain is within the limit.
+/// - Over the rest, the mean force differs from the twin's by at most 0.05 N or 25 %, and the mean places of 95 % of
+/// the
+///   free tissue vertices by at most 0.25 edges.
+/// - Nothing tears in the window, and both runs reach its end.
+/// - The twin at rest is at most half as deep as the interval has left the scene.
+/// An edge is the smallest mean edge of a body that moves.
 Resolution compare_resolution(const Scene& scene, const Outcome& outcome, const ResolutionTrail& trail,
                               const ResolutionTrail& twin);
 

@@ -437,21 +437,19 @@ Record run_resolution(const Scene& scene, const RunSpec& spec, const RunLimits& 
     alone.against.clear();
     RunSpec twin_spec = alone;
     twin_spec.ticks = 0;
-    ResolutionTrail twin_trail(scene, scene.prelude_ticks());
+    ResolutionObserver of_twin(scene, scene.prelude_ticks());
     RunLimits twin_limits = limits;
-    twin_limits.observe = [&](const Simulation& simulation, const StepRow& row) {
-        twin_trail.observe(simulation, row);
-    };
+    twin_limits.observe = [&](const Simulation& simulation, const StepRow& row) { of_twin.observe(simulation, row); };
     const Record twin_record = run_closed_loop(twin, twin_spec, twin_limits);
-    ResolutionTrail trail(scene, 0);
+    ResolutionObserver own(scene, 0);
     RunLimits own_limits = limits;
     own_limits.observe = [&](const Simulation& simulation, const StepRow& row) {
-        trail.observe(simulation, row);
+        own.observe(simulation, row);
         if (limits.observe) limits.observe(simulation, row);
     };
     Record record = run_closed_loop(scene, alone, own_limits);
     record.spec = spec;
-    const Resolution resolution = compare_resolution(scene, record.outcome, trail, twin_trail);
+    const Resolution resolution = compare_resolution(scene, record.outcome, own.trail(), of_twin.trail());
     record.summary.merge(Summary(resolution.figures));
     record.environment["resolution.cause"] = text_of(resolution.cause);
     record.environment["resolution.twin"] = fmt::format("{}", name_of(twin_record.outcome.kind));
