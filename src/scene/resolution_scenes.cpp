@@ -15,9 +15,9 @@ namespace {
 
 using Document = nlohmann::ordered_json;
 
-constexpr double tissue_edge = 0.005;                    // m, of tissue
+constexpr double tissue_edge = 0.005;             // m, of tissue
 constexpr double lead_speed = 0.05;               // m/s
-constexpr double lead_clearance = 0.003;               // m, above the surface in the clean state
+constexpr double lead_clearance = 0.003;          // m, above the surface in the clean state
 constexpr double window = 0.2;                    // s, in which a response resolves
 constexpr double tool_radius = 0.004;             // m
 constexpr std::array depths{0.5, 1.0, 2.0, 4.0};  // edges
@@ -52,11 +52,11 @@ Tool blade() {
 
 Document sheet(const std::string& name, double z) {
     Document body{{"name", name},
-              {"kind", "tissue"},
-              {"closed", false},
-              {"side", "front"},
-              {"parts", {{{"shape", "sheet"}, {"size", {0.1, 0.1}}, {"edge", tissue_edge}}}},
-              {"tissue", {{"pinned", "rim"}}}};
+                  {"kind", "tissue"},
+                  {"closed", false},
+                  {"side", "front"},
+                  {"parts", {{{"shape", "sheet"}, {"size", {0.1, 0.1}}, {"edge", tissue_edge}}}},
+                  {"tissue", {{"pinned", "rim"}}}};
     if (z != 0.0) body["pose"] = {0, 0, z, 0, 0, 0};
     return body;
 }
@@ -145,13 +145,13 @@ private:
                           {"parts", {tool.part}},
                           {"motion", {{"drive", drive}, {"keys", poses}}}});
         const Document scene{{"format", "trocar-scene-2"},
-                         {"name", name},
-                         {"description", description},
-                         {"dt", 0.001},
-                         {"ticks", std::llround(end * 1000.0)},
-                         {"contact_off", {rounded(contact_off[0]), rounded(contact_off[1])}},
-                         {"bodies", bodies},
-                         {"contact", contact}};
+                             {"name", name},
+                             {"description", description},
+                             {"dt", 0.001},
+                             {"ticks", std::llround(end * 1000.0)},
+                             {"contact_off", {rounded(contact_off[0]), rounded(contact_off[1])}},
+                             {"bodies", bodies},
+                             {"contact", contact}};
         scenes_.push_back({name, group, scene.dump() + "\n"});
     }
 
@@ -191,7 +191,9 @@ private:
                                     "mm/s for at most 50 ms, and stays.",
                                     tool.name, 1e3 * depth, direction),
                         target_bodies(target), tool, "prescribed",
-                        {{-lead, top + Vector3(0, 0, lead_clearance)}, {0.0, deep}, {way.norm() / lead_speed, deep + way}},
+                        {{-lead, top + Vector3(0, 0, lead_clearance)},
+                         {0.0, deep},
+                         {way.norm() / lead_speed, deep + way}},
                         tilt(), {-lead, 0.0}, window);
                 }
             }
@@ -206,8 +208,9 @@ private:
             bool sideways;
         };
         for (const char* target : {"sheet", "organ"}) {
-            for (const Motion& motion : {Motion{"press", 0.02, 0.5 * tissue_edge, false},
-                                         Motion{"stab", 0.2, 0.2 * tissue_edge, false}, Motion{"drag", 0.05, tissue_edge, true}}) {
+            for (const Motion& motion :
+                 {Motion{"press", 0.02, 0.5 * tissue_edge, false}, Motion{"stab", 0.2, 0.2 * tissue_edge, false},
+                  Motion{"drag", 0.05, tissue_edge, true}}) {
                 for (const int silent : {1, 5, 20, 100}) {
                     const Tool tool = motion.sideways || random_.below(2) == 0 ? blunt() : pointed();
                     const Vector3 top = place_on(target);
@@ -241,9 +244,11 @@ private:
                     const Vector3 top = place_on(target);
                     // Behind both sheets: the blade as a whole, the needle by its point.
                     const double layers = std::string(target) == "two_sheets" ? 0.001 : 0.0;
-                    const double depth = edges * tissue_edge + layers + (is_blade ? 0.0006 : 0.0);
+                    // A blade is level, and the organ falls off beneath it.
+                    const double apart = !is_blade ? 0.0 : std::string(target) == "organ" ? 0.0025 : 0.0006;
+                    const double depth = edges * tissue_edge + layers + apart;
                     const Vector3 rotation = is_blade ? Vector3(0, 0, within(0.0, 90.0)) : tilt();
-                    const double above = is_blade ? 0.0006 : 0.0002;
+                    const double above = is_blade ? apart : 0.0002;
                     const double before = 0.02;
                     const Vector3 start = top + Vector3(0, 0, above);
                     const Vector3 deep = top - Vector3(0, 0, depth);
@@ -274,25 +279,25 @@ private:
                     if (target == "tool") {
                         // The lower tool lies along x with its highest line at z = 0.
                         bodies = Document::array({{{"name", "lower"},
-                                               {"kind", "rigid"},
-                                               {"closed", true},
-                                               {"parts", {blunt().part}},
-                                               {"pose", {-0.06, 0, -tool_radius, 0, 90, 0}}}});
+                                                   {"kind", "rigid"},
+                                                   {"closed", true},
+                                                   {"parts", {blunt().part}},
+                                                   {"pose", {-0.06, 0, -tool_radius, 0, 90, 0}}}});
                         top.y() *= 0.1;
                         top.z() = std::sqrt(tool_radius * tool_radius - top.y() * top.y()) - tool_radius;
                     }
                     if (target == "bone") {
                         constexpr double bone_radius = 0.01;
                         bodies = Document::array({{{"name", "bone"},
-                                               {"kind", "rigid"},
-                                               {"closed", true},
-                                               {"parts",
-                                                {{{"shape", "bone"},
-                                                  {"radius", bone_radius},
-                                                  {"head_radius", 0.015},
-                                                  {"length", 0.12},
-                                                  {"edge", 0.004}}}},
-                                               {"pose", {0, 0, -bone_radius, 0, 90, 0}}}});
+                                                   {"kind", "rigid"},
+                                                   {"closed", true},
+                                                   {"parts",
+                                                    {{{"shape", "bone"},
+                                                      {"radius", bone_radius},
+                                                      {"head_radius", 0.015},
+                                                      {"length", 0.12},
+                                                      {"edge", 0.004}}}},
+                                                   {"pose", {0, 0, -bone_radius, 0, 90, 0}}}});
                         top.y() *= 0.2;
                         top.z() = std::sqrt(bone_radius * bone_radius - top.y() * top.y()) - bone_radius;
                     }
