@@ -368,6 +368,16 @@ int run_command(int argc, char** argv) {
     sub->add_flag("--names", scenes_options.names, "Print the names and nothing else");
     line.on(sub, scenes_options, scenes);
 
+    DrawOptions draw_options;
+    sub =
+        line.add("draw", "Write the scenes of a family, drawn by a seed", "trocar draw resolution my/scenes --seed 7");
+    sub->add_option("family", draw_options.family, "resolution: bodies that pass into each other without contact")
+        ->required()
+        ->check(CLI::IsMember({"resolution"}));
+    sub->add_option("folder", draw_options.folder, "New or empty folder")->required();
+    sub->add_option("--seed", draw_options.seed, "Of places, tilts and tools")->capture_default_str();
+    line.on(sub, draw_options, draw);
+
     ListOptions list_options;
     sub = line.add("list", "All methods with their parameters; absent ones with the reason", "trocar list --json");
     line.on(sub, list_options, list);

@@ -92,6 +92,11 @@ int reference(const CommonOptions& common, const ReferenceOptions& options) {
             continue;
         }
         Scene scene = read_scene(file, common.data);
+        if (scene.contact_off) {
+            throw InputError(file.filename().string(), "/contact_off",
+                             "contact at every tick of a scene with a reference",
+                             fmt::format("none from {} to {} s", scene.contact_off->from, scene.contact_off->to));
+        }
         if (options.k) {
             apply_overrides(fmt::format("k={}", *options.k), scene);
             if (std::isnan(scene.turned_k)) {

@@ -166,6 +166,13 @@ struct ScenesOptions {
 };
 int scenes(const CommonOptions& common, const ScenesOptions& options);
 
+struct DrawOptions {
+    std::string family;  ///< resolution
+    std::filesystem::path folder;
+    std::uint64_t seed = 1;
+};
+int draw(const CommonOptions& common, const DrawOptions& options);
+
 struct ListOptions {};
 int list(const CommonOptions& common, const ListOptions& options);
 

@@ -37,6 +37,14 @@ void ContactSet::clear() {
     outcome.message.clear();
 }
 
+void ContactSet::answer_nothing() {
+    for (std::vector<TrianglePair>* list : {&pairs, &near}) list->clear();
+    native.clear();
+    swept.clear();
+    truncated = false;
+    outcome = {};
+}
+
 void ContactSet::sort_pairs() { put_in_order(pairs); }
 
 void ContactSet::sort_near() { put_in_order(near); }

@@ -40,6 +40,8 @@ struct ContactSet {
 
     /// Keeps the memory and `native_wanted`.
     void clear();
+    /// Replaces the detector's answer by an empty one that was found to the query distance, with the outcome `ok`.
+    void answer_nothing();
     /// Order each pair so that a < b, sort and remove duplicates, in `pairs` and in `near`.
     void sort_pairs();
     void sort_near();

@@ -121,7 +121,7 @@ void DepthTruth::follow(const Frame& frame) {
 }
 
 DepthTruth::Result DepthTruth::measure(const Frame& frame) {
-    if (!frame.all_finite()) return {std::nan(""), std::nan(""), -1, -1, -1};
+    if (!frame.all_finite()) return {std::nan(""), std::nan(""), -1, std::nan(""), -1, -1};
     State& s = *state_;
     follow(frame);
     Result result;
@@ -145,6 +145,7 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
             weight += from.area_weight();
         }
     }
+    result.wrong_side_area = weight;
     if (weight > 0.0) result.residual_penetration_mean = weighted_depth / weight;
     return result;
 }

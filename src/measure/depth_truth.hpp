@@ -33,7 +33,8 @@ public:
     struct Result {
         double residual_penetration = 0.0;       ///< m, over the samples and edges of all counted body pairs
         double residual_penetration_mean = 0.0;  ///< m, area mean over penetrating area samples, 0 when none
-        std::int64_t wrong_side = 0;  ///< samples inside a closed body or beyond a sheet, and parts of edges inside
+        std::int64_t wrong_side = 0;   ///< samples inside a closed body or beyond a sheet, and parts of edges inside
+        double wrong_side_area = 0.0;  ///< m², that area samples on a wrong side stand for
         std::int64_t wrong_side_vertices = 0;  ///< of these, vertices
         std::int64_t side_undecided = 0;       ///< samples of undecided side; in none of the above
     };

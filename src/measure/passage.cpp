@@ -38,9 +38,8 @@ int passing_side(const Vector3& p, const Vector3& q, const Matrix3X& shape, Inde
 
 }  // namespace
 
-PassageTruth::PassageTruth(const Scene& scene) : scene_(&scene), shape_(scene.first.position) {
+PassageTruth::PassageTruth(const Scene& scene, const Frame& frame) : scene_(&scene), shape_(frame.position) {
     const Topology& topology = scene.topology;
-    const Frame& frame = scene.first;
     if (frame.pose.size() != topology.bodies.size() || scene.bodies.size() != topology.bodies.size()) return;
     before_ = frame.position;
     pose_before_ = frame.pose;

@@ -28,8 +28,8 @@ namespace trocar {
 
 class PassageTruth {
 public:
-    /// Starts at the scene's first frame. The scene outlives the object.
-    explicit PassageTruth(const Scene& scene);
+    /// `first`: the frame that follow() goes on from. The scene outlives the object.
+    PassageTruth(const Scene& scene, const Frame& first);
 
     /// Call with every frame after a step, in order. Returns the number of passages completed since the last call; -1:
     /// the scene has no pair to examine.

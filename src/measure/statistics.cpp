@@ -57,7 +57,7 @@ double quantile_of_sorted(const std::vector<double>& values, double q) {
     const auto below = static_cast<std::size_t>(place);
     if (below + 1 >= values.size()) return values.back();
     const double part = place - static_cast<double>(below);
-    if (part == 0.0) return values[below];
+    if (part == 0.0 || values[below] == values[below + 1]) return values[below];  // both may be infinite
     return values[below] + part * (values[below + 1] - values[below]);
 }
 

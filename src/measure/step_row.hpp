@@ -47,8 +47,9 @@ struct StepRow {
     double native_depth_error =
         std::numeric_limits<double>::quiet_NaN();  ///< m, the same of the library's own contacts
     std::int64_t wrong_side = -1;                  ///< DepthTruth::Result, after the step; -1: not computed
-    std::int64_t wrong_side_vertices = -1;         ///< of these, vertices of bodies
-    std::int64_t side_undecided = -1;              ///< samples of undecided side, after the step
+    double wrong_side_area = std::numeric_limits<double>::quiet_NaN();  ///< m², of area samples, after the step
+    std::int64_t wrong_side_vertices = -1;                              ///< of these, vertices of bodies
+    std::int64_t side_undecided = -1;                                   ///< samples of undecided side, after the step
     double overlap_volume = std::numeric_limits<double>::quiet_NaN();   ///< m³, of closed bodies, after the step
     double min_translation = std::numeric_limits<double>::quiet_NaN();  ///< m, largest over pairs of closed bodies
     double overshoot =

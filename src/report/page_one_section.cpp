@@ -89,6 +89,7 @@ std::vector<Table> tables_of(const Draft& draft) {
     tables.push_back(first_of(paced_page(draft), "Paced loop"));
     tables.push_back(first_of(size_page(draft), "Cost by size"));
     tables.push_back(first_of(against_table(draft), "Steppers in step"));
+    tables.push_back(first_of(resolution_table(draft), "Interpenetration resolution"));
     tables.push_back(first_of(repeated_motion_table(draft), "Repeated motion"));
     std::erase_if(tables, [](const Table& table) { return table.rows.empty(); });
     return tables;

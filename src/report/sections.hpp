@@ -144,6 +144,12 @@ void add_against(Draft& draft);
 /// Its table, for page 1 of a study with no other part.
 Table against_table(const Draft& draft);
 
+// resolution_section.cpp
+/// How responses resolve what an interval without contact has left: by group of scenes, causes, by scene.
+void add_resolution(Draft& draft);
+/// Its table over the scenes, for page 1.
+Table resolution_table(const Draft& draft);
+
 // table_3_1_section.cpp
 /// Table 3.1 of the thesis, with numbers of detectors on generated scenes.
 void add_table_3_1(Draft& draft);

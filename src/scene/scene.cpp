@@ -588,6 +588,17 @@ void read_contact(const JsonNode& node, const Topology& topology, Materials& mat
     }
 }
 
+ContactOff read_contact_off(const JsonNode& node, double dt) {
+    if (!node.is_list() || node.list().size() != 2) node.fail("two times, from and to");
+    const ContactOff off{node.list()[0].number(), node.list()[1].number()};
+    if (off.to < 0.0) node.list()[1].fail("a time >= 0, from which on there is contact");
+    if (off.to <= off.from) node.list()[1].fail(fmt::format("a time after {}", off.from));
+    if (off.from < -dt * static_cast<double>(most_ticks)) {
+        node.list()[0].fail(fmt::format("at most {} ticks before the first", most_ticks));
+    }
+    return off;
+}
+
 /// Over all that decides a run. Names are left out: they decide nothing.
 class Hash {
 public:
@@ -623,6 +634,10 @@ std::uint64_t hash_of(const Scene& scene) {
     hash.add(scene.dt);
     hash.add(static_cast<std::uint64_t>(scene.ticks));
     hash.add(scene.seed);
+    if (scene.contact_off) {
+        hash.add(scene.contact_off->from);
+        hash.add(scene.contact_off->to);
+    }
     hash.add(scene.topology.triangles);
     for (const BodyRange& body : scene.topology.bodies) {
         for (const Index number : {static_cast<Index>(body.kind), static_cast<Index>(body.closed),
@@ -702,7 +717,8 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
     const std::string name = file.string();
     const Json document = parse_json(read_whole(file, "a scene file"), name);
     const JsonNode root = JsonNode(document, name).with_key_kind(NameKind::scene_key);
-    root.expect_keys({"format", "name", "description", "unit", "dt", "ticks", "seed", "bodies", "contact"});
+    root.expect_keys(
+        {"format", "name", "description", "unit", "dt", "ticks", "seed", "bodies", "contact", "contact_off"});
     root.at("format").expect_word(scene_format);
     Scene scene;
     scene.name = root.at("name").text();
@@ -715,6 +731,7 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
     if (const auto dt = root.find("dt")) scene.dt = dt->positive();
     scene.ticks = root.at("ticks").integer(1, most_ticks);
     if (const auto seed = root.find("seed")) scene.seed = seed->unsigned_integer();
+    if (const auto off = root.find("contact_off")) scene.contact_off = read_contact_off(*off, scene.dt);
 
     std::vector<BodyPlan> plans;
     std::set<std::string> names;
@@ -798,6 +815,31 @@ bool lacks_data(const std::filesystem::path& file, const std::optional<std::file
         }
     }
     return false;
+}
+
+bool Scene::has_contact_at(std::int64_t tick) const {
+    if (!contact_off) return true;
+    // Half a tick absorbs the rounding of times.
+    const double middle = (static_cast<double>(tick) + 0.5) * dt;
+    return middle < contact_off->from || middle >= contact_off->to;
+}
+
+std::int64_t Scene::prelude_ticks() const {
+    return contact_off && contact_off->from < 0.0 ? std::llround(-contact_off->from / dt) : 0;
+}
+
+Frame scripted_frame(const Scene& scene, std::int64_t tick) {
+    Frame frame = scene.first;
+    frame.tick = tick;
+    frame.time = static_cast<double>(tick) * scene.dt;
+    for (std::size_t b = 0; b < scene.bodies.size(); ++b) {
+        const SceneBody& body = scene.bodies[b];
+        if (!body.motion) continue;
+        frame.pose[b] = body.motion->pose_at(frame.time);
+        place_body(body, scene.topology.bodies[b].vertices, frame.pose[b], frame.position);
+    }
+    frame.previous = frame.position;
+    return frame;
 }
 
 void place_body(const SceneBody& body, Range vertices, const Pose& pose, Matrix3X& position) {

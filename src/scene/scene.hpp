@@ -31,6 +31,14 @@ struct SceneBody {
     std::vector<Index> file_triangle;
 };
 
+/// Time in which the detector answers nothing, so that bodies pass into each other unseen. Script, tissue and contact
+/// generator run on. An interval from before tick 0 begins with the scripts alone: the methods start at tick 0, truth
+/// at `from`.
+struct ContactOff {
+    double from = 0.0;  ///< s
+    double to = 0.0;    ///< s, > from and >= 0; the first tick with contact
+};
+
 struct Scene {
     std::string name;
     std::filesystem::path file;  ///< source file; empty for a scene made in memory
@@ -38,8 +46,9 @@ struct Scene {
     double dt = 0.001;           ///< s
     std::int64_t ticks = 0;
     std::uint64_t seed = 1;
+    std::optional<ContactOff> contact_off = {};
     Topology topology;  ///< bodies sorted by kind
-    Frame first;
+    Frame first;        ///< of tick 0
     Materials materials;
     std::vector<SceneBody> bodies;   ///< as Topology::bodies
     std::vector<std::string> notes;  ///< deviations from the files: "/bodies/…: sentence"
@@ -47,6 +56,10 @@ struct Scene {
     double turned_k = std::numeric_limits<double>::quiet_NaN();
 
     [[nodiscard]] bool has_tissue() const { return !materials.springs.empty(); }
+    /// False in the interval `contact_off`.
+    [[nodiscard]] bool has_contact_at(std::int64_t tick) const;
+    /// Ticks that the scripts do before tick 0; 0 without an interval that begins there.
+    [[nodiscard]] std::int64_t prelude_ticks() const;
 };
 
 /// Reads and builds a scene. `data` is the folder for "data:PATH" meshes; without it such a mesh is an InputError
@@ -58,6 +71,9 @@ bool lacks_data(const std::filesystem::path& file, const std::optional<std::file
 
 /// Writes the vertices of a body at a pose into position (3×N, m, world).
 void place_body(const SceneBody& body, Range vertices, const Pose& pose, Matrix3X& position);
+
+/// The frame with every scripted body at its pose at `tick`, which may be negative; all else as in `first`.
+Frame scripted_frame(const Scene& scene, std::int64_t tick);
 
 /// JSON Schema of scenes, printed by `trocar schema scene`.
 std::string scene_schema();

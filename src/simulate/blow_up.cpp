@@ -62,8 +62,8 @@ Outcome BlowUp::judge(const Frame& seen, const Frame& after, const ContactSet& c
 
 void BlowUp::follow(const Frame& seen, const ContactSet& contacts, const ResponseOutput& output,
                     std::span<const ContactForce> contact_forces) {
-    if (!started_) first_depth_ = deepest_of(contacts);
-    started_ = true;
+    if (!had_contact_) first_depth_ = std::max(first_depth_, deepest_of(contacts));
+    had_contact_ = scene_->has_contact_at(seen.tick);
     touched_ = touched_ || !output.position_corrections.empty() ||
                std::any_of(contact_forces.begin(), contact_forces.end(),
                            [](const ContactForce& load) { return !load.force.isZero(0.0); });

@@ -16,10 +16,10 @@ namespace trocar {
 /// A tick of tissue is `unstable` where one of these holds (METHODS §4):
 /// - (a) Energy: for `energy_ticks` ticks in a row the gain of kinetic and elastic energy exceeds (1 + work_factor) ×
 ///   absolute work + `spare_energy` + start energy. The start energy is the static force of (c) times the deepest
-///   contact of the first tick.
+///   contact of the first tick, or of the first one after an interval without contact.
 /// - (b) Strain: an edge is stretched beyond max(`most_strain`, the scene's limit) + path / max(its rest length, the
-///   mean rest length). The path is that of kinematic bodies since first contact with tissue, plus the first tick's
-///   depth. The mean length bounds the divisor because a short edge shares the tension of its neighbours.
+///   mean rest length). The path is that of kinematic bodies since first contact with tissue, plus the depth
+///   of (a). The mean length bounds the divisor because a short edge shares the tension of its neighbours.
 /// - (c) Force: tissue exerts more force on an instrument than all tissue can carry. Static part per tissue body: 2 Σ
 ///   (k s L + T) L / √A over its springs, with the strain limit s clamped to [1, 3]. It is the mean membrane tension
 ///   across a cut of length 4 √A, where A is the body's area. Dynamic part: the tissue mass times the acceleration to
@@ -49,10 +49,10 @@ private:
 
     const Scene* scene_;
     std::vector<Range> driven_;
-    double mean_rest_ = 0.0;   ///< m
-    double most_force_ = 0.0;  ///< N, static part of bound (c)
-    double mass_ = 0.0;        ///< kg, of tissue
-    bool started_ = false;
+    double mean_rest_ = 0.0;    ///< m
+    double most_force_ = 0.0;   ///< N, static part of bound (c)
+    double mass_ = 0.0;         ///< kg, of tissue
+    bool had_contact_ = false;  ///< in the tick before
     bool touched_ = false;
     double first_depth_ = 0.0;  ///< m
     double path_ = 0.0;         ///< m, path of kinematic bodies since first contact with tissue

@@ -108,6 +108,7 @@ void Judge::judge_outcome(const Frame& after, StepRow& row, double scripted_path
     row.residual_penetration = left.residual_penetration;
     row.residual_penetration_mean = left.residual_penetration_mean;
     row.wrong_side = left.wrong_side;
+    row.wrong_side_area = left.wrong_side_area;
     row.wrong_side_vertices = left.wrong_side_vertices;
     row.side_undecided = left.side_undecided;
     if (in_detail) judge_overlap(after, row);

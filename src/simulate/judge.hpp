@@ -27,6 +27,9 @@ public:
     /// opened is no overshoot.
     void judge_outcome(const Frame& after, StepRow& row, double scripted_path = 0.0, bool in_detail = true);
 
+    /// Follows a frame that is not judged, so that sides are counted from the first frame on.
+    void follow(const Frame& frame) { depth_.follow(frame); }
+
     /// DepthTruth::clearance of two bodies on the frame judged last.
     [[nodiscard]] double clearance(Index body_a, Index body_b) const { return depth_.clearance(body_a, body_b); }
 

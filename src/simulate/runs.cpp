@@ -22,6 +22,7 @@
 #include "simulate/metamorphic.hpp"
 #include "simulate/overrides.hpp"
 #include "simulate/paced.hpp"
+#include "simulate/resolution.hpp"
 #include "simulate/simulation.hpp"
 #include "simulate/step_check.hpp"
 
@@ -238,12 +239,19 @@ public:
     /// Scene and simulation outlive it. Records the reference's state and the scene's notes.
     ClosedLoopTruth(const Scene& scene, const RunSpec& spec, const Simulation& simulation, Record& record)
         : spec_(&spec),
-          judge_(scene.topology, scene.first, simulation.yielding_pairs(), &scene.materials),
+          scene_(&scene),
+          judge_(scene.topology, scripted_frame(scene, -scene.prelude_ticks()), simulation.yielding_pairs(),
+                 &scene.materials),
           script_(scene),
-          passages_(scene),
+          passages_(scene, scripted_frame(scene, -scene.prelude_ticks())),
           reference_(find_reference(scene)),
           comparison_(reference_, scene.dt),
           against_(against_of(scene, spec)) {
+        for (std::int64_t tick = 1 - scene.prelude_ticks(); tick < 0; ++tick) {
+            const Frame frame = scripted_frame(scene, tick);
+            judge_.follow(frame);
+            passages_.follow(frame);
+        }
         // Needs the start and the end of every tick.
         if (spec.truth_stride == 1) untouched_.emplace(scene.topology, scene.first, simulation.yielding_pairs());
         record.environment["reference.hard"] = text_of(reference_.reference.hard);
@@ -257,7 +265,11 @@ public:
         const bool judged = is_judged(*spec_, tick, ticks);
         if (judged || is_cut(*spec_, row)) {
             const bool in_detail = is_judged_in_detail(*spec_, tick, ticks);
-            judge_.judge_detection(simulation.seen(), simulation.contacts(), row, in_detail);
+            if (scene_->has_contact_at(tick)) {
+                judge_.judge_detection(simulation.seen(), simulation.contacts(), row, in_detail);
+            } else {
+                judge_.follow(simulation.seen());
+            }
             if (judged) judge_.judge_outcome(simulation.frame(), row, script_.up_to(row.time), in_detail);
         }
         if (untouched_) {
@@ -291,6 +303,7 @@ public:
 
 private:
     const RunSpec* spec_;
+    const Scene* scene_;
     Judge judge_;
     std::optional<ForceWithoutTouch> untouched_;
     ScriptedPath script_;
@@ -323,6 +336,7 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         return record;
     }
     if (spec.mode == "metamorphic") return run_metamorphic_test(scene, spec, limits);
+    if (spec.mode == "resolution") return run_resolution(scene, spec, limits);
     if (spec.mode == "work_precision") {
         Record record = spec.response.empty() ? run_replay(scene, spec, limits) : run_closed_loop(scene, spec, limits);
         record.environment["run.dt_s"] = fmt::format("{}", scene.dt);
@@ -332,10 +346,11 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
     for (const std::string_view mode : {"closed_loop", "paced", "cost_by_size", "hard_case", "against"}) {
         if (spec.mode == mode) return run_closed_loop(scene, spec, limits);
     }
-    throw InputError(
-        "run", "/mode",
-        "replay, repeated_motion, closed_loop, work_precision, paced, cost_by_size, against, metamorphic or hard_case",
-        fmt::format("'{}'", spec.mode));
+    throw InputError("run", "/mode",
+                     "replay, repeated_motion, closed_loop, work_precision, paced, cost_by_size, against, resolution, "
+                     "metamorphic or "
+                     "hard_case",
+                     fmt::format("'{}'", spec.mode));
 }
 
 Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
@@ -413,6 +428,31 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     record.state_hash = fmt::format("{:016x}", simulation.frame().hash());
     record.summary.merge(summarize(record.rows, {.motion_end = truth ? truth->motion_end() : std::nan("")}));
     if (truth) truth->add_to(simulation, record.summary);
+    return record;
+}
+
+Record run_resolution(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
+    const Scene twin = twin_of(scene);
+    RunSpec alone = spec;
+    alone.against.clear();
+    RunSpec twin_spec = alone;
+    twin_spec.ticks = 0;
+    ResolutionObserver of_twin(scene, scene.prelude_ticks());
+    RunLimits twin_limits = limits;
+    twin_limits.observe = [&](const Simulation& simulation, const StepRow& row) { of_twin.observe(simulation, row); };
+    const Record twin_record = run_closed_loop(twin, twin_spec, twin_limits);
+    ResolutionObserver own(scene, 0);
+    RunLimits own_limits = limits;
+    own_limits.observe = [&](const Simulation& simulation, const StepRow& row) {
+        own.observe(simulation, row);
+        if (limits.observe) limits.observe(simulation, row);
+    };
+    Record record = run_closed_loop(scene, alone, own_limits);
+    record.spec = spec;
+    const Resolution resolution = compare_resolution(scene, record.outcome, own.trail(), of_twin.trail());
+    record.summary.merge(Summary(resolution.figures));
+    record.environment["resolution.cause"] = text_of(resolution.cause);
+    record.environment["resolution.twin"] = fmt::format("{}", name_of(twin_record.outcome.kind));
     return record;
 }
 

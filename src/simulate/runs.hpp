@@ -24,10 +24,11 @@ struct RunLimits {
 };
 
 /// Runs spec.mode for spec.ticks ticks (0: the scene's own number), with spec.overrides applied to the scene. Modes are
-/// `replay`, `repeated_motion` (a replay), `closed_loop`, `paced`, `cost_by_size`, `against`, `metamorphic` and
-/// `hard_case` (the closed loop). `work_precision` is the closed loop, or the replay without a response. Throws
-/// InputError for an unknown or absent method and an unknown mode. Any other failure of a method is the record's
-/// outcome, with the rows so far. The record holds environment() and the facts about this run, e.g. "frames".
+/// `replay`, `repeated_motion` (a replay), `closed_loop`, `paced`, `cost_by_size`, `against`, `resolution`,
+/// `metamorphic` and `hard_case` (the closed loop). `work_precision` is the closed loop, or the replay without a
+/// response. Throws InputError for an unknown or absent method and an unknown mode. Any other failure of a method is
+/// the record's outcome, with the rows so far. The record holds environment() and the facts about this run, e.g.
+/// "frames".
 Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 /// Detector on the frames of the scene's stream (frame_source.hpp): pair errors, contact errors and stage times.
@@ -38,5 +39,10 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
 /// `paced` and `cost_by_size` are not judged and not watched, since both would take measured time. `paced` has one
 /// release per tick by the clock, beside an empty loop in a thread of its own (paced.hpp).
 Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
+
+/// The closed loop of a scene with an interval without contact, after the same with contact at every tick; compared by
+/// compare_resolution. Truth must be computed on every tick. The record holds why it is not resolved
+/// ("resolution.cause") and how the twin ended ("resolution.twin").
+Record run_resolution(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 }  // namespace trocar

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <exception>
 #include <optional>
 
@@ -261,8 +262,11 @@ StepRow Simulation::step() {
     row.query_distance = s.ask_query_distance(s.stepper ? s.stepper->largest_move() : 0.0);
     s.timed(Stage::update, row, [&] { s.detector->update(s.seen, row.query_distance); });
     s.timed(Stage::detect, row, [&] { s.detector->detect(s.seen, s.contacts); });
+    const bool has_contact = s.scene.has_contact_at(row.tick);
+    if (!has_contact) s.contacts.answer_nothing();
     s.take_over_detection(row);
     s.timed(Stage::contacts, row, [&] { s.generator->gather(s.seen, s.contacts); });
+    if (!has_contact) s.contacts.contacts.clear();
     if (s.outcome.ok()) s.outcome = check_contacts(s.scene.topology, s.contacts);
 
     if (s.wants_query_distance) s.note_deep_edges();
@@ -361,6 +365,7 @@ const std::vector<ContactForce>& Simulation::contact_forces() const { return sta
 const std::vector<Wrench>& Simulation::body_loads() const { return state_->load; }
 const Outcome& Simulation::outcome() const { return state_->outcome; }
 Summary Simulation::audit_figures() const { return state_->audit ? state_->audit->figures() : Summary{}; }
+double Simulation::tissue_energy_gain() const { return state_->audit ? state_->audit->tissue_gain() : std::nan(""); }
 std::optional<ForceLawValues> Simulation::values_in_force() const {
     if (!state_->response || !state_->prepared.ok()) return std::nullopt;
     return state_->response->values_in_force();

@@ -69,6 +69,8 @@ public:
     [[nodiscard]] const Outcome& outcome() const;
     /// The audit figures of the run so far; empty without the audit.
     [[nodiscard]] Summary audit_figures() const;
+    /// J, gain of kinetic and elastic energy of tissue since the start; NaN without the audit.
+    [[nodiscard]] double tissue_energy_gain() const;
     /// Response::values_in_force of the run's response.
     [[nodiscard]] std::optional<ForceLawValues> values_in_force() const;
     /// One flag per Topology::body_pairs entry: the pair contains tissue or an operator. Its residual penetration then

@@ -232,7 +232,9 @@ std::string binary_identity() {
     return hash.text();
 }
 
-bool is_timed(const RunSpec& spec) { return spec.mode != "hard_case" && spec.mode != "metamorphic"; }
+bool is_timed(const RunSpec& spec) {
+    return spec.mode != "hard_case" && spec.mode != "metamorphic" && spec.mode != "resolution";
+}
 
 std::string run_key(const RunSpec& spec, double time_limit_s) {
     FnvHash hash;

@@ -53,6 +53,9 @@ struct Sweep {
     std::vector<std::string> values;  ///< as written after KEY=
 };
 
+/// Word for Experiment::against: the same scene with contact at every tick (simulate/resolution.hpp).
+inline constexpr const char* twin = "twin";
+
 /// The product inputs × detectors × responses × contact generators × steppers × values of the sweep, less what `only`
 /// of a level excludes. Every combination is a run in a process of its own; on a generated scene, detectors take turns
 /// in one process, and the study's reference takes part twice.
@@ -73,7 +76,8 @@ struct Experiment {
     std::vector<std::string> contacts;  ///< contact generators; empty: each response's own
     std::vector<std::string> steppers;  ///< as RunSpec::stepper; empty: the default one
     std::optional<Sweep> sweep;
-    std::string against;           ///< stepper that runs every scene in step with the run's own; empty: none
+    /// Partner of every run in its process: a stepper that runs the scene in step, or `twin`; empty: none.
+    std::string against;
     std::int64_t cycles = 0;       ///< scenes repeat their motion so often (simulate/overrides.hpp); 0: not
     bool perturbed = false;        ///< every run is compared with itself under perturbations (simulate/metamorphic.hpp)
     std::int64_t ticks = 0;        ///< 0: as the scene says; at the scene's dt
@@ -118,7 +122,8 @@ struct SceneFacts {
     double dt = 0.001;  ///< s
     std::int64_t triangles = 0;
     std::int64_t bodies = 0;
-    std::int64_t motions = 0;  ///< bodies with a scripted motion
+    std::int64_t motions = 0;            ///< bodies with a scripted motion
+    bool has_resolution_window = false;  ///< an interval without contact, and time after it (simulate/resolution.hpp)
     bool lacks_data = false;
 };
 

@@ -9,6 +9,7 @@
 #include "simulate/generated_scene.hpp"
 #include "simulate/hard_case.hpp"
 #include "simulate/interleaved.hpp"
+#include "simulate/resolution.hpp"
 #include "study/study.hpp"
 
 namespace trocar {
@@ -68,6 +69,7 @@ SceneFacts facts_of(const Scene& scene) {
     facts.dt = scene.dt;
     facts.triangles = scene.topology.triangle_count();
     facts.bodies = scene.topology.body_count();
+    facts.has_resolution_window = has_resolution_window(scene);
     facts.motions = std::count_if(scene.bodies.begin(), scene.bodies.end(),
                                   [](const SceneBody& body) { return body.motion.has_value(); });
     std::set<std::string> classes;

@@ -38,11 +38,12 @@ MoreKeys choices_of_response(const Experiment& experiment) {
         {"steppers", [](const JsonNode& node, Level& response) { response.only["steppers"] = read_steppers(node); }}};
 }
 
-/// Text of the stepper, whatever the default is.
+/// The twin, or the text of a stepper, whatever the default is.
 std::string read_against(const JsonNode& node, const Experiment& experiment) {
     for (const Input& input : experiment.inputs) {
-        if (input.kind != Input::Kind::scene) node.fail("no second stepper on cases", node.text());
+        if (input.kind != Input::Kind::scene) node.fail("nothing to run against on cases", node.text());
     }
+    if (node.text() == twin) return twin;
     const std::string text = read_stepper(node);
     return text.empty() ? registry().default_stepper().name : text;
 }
@@ -221,6 +222,10 @@ Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::i
     if (node.has("between_ticks")) experiment.between_ticks = node.at("between_ticks").flag();
     experiment.repetitions = experiment.perturbed ? 2 : repetitions;
     if (node.has("repetitions")) experiment.repetitions = count_of(node.at("repetitions"));
+    if (experiment.against == twin && experiment.truth_stride != 1) {
+        node.at("truth_stride")
+            .fail("1: against a twin every tick is judged", fmt::format("{}", experiment.truth_stride));
+    }
     if (experiment.perturbed && experiment.repetitions < 2) {
         node.at("repetitions").fail("at least 2: a fresh process is one of the perturbations");
     }

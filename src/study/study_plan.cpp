@@ -11,6 +11,7 @@
 #include "method/registry.hpp"
 #include "simulate/interleaved.hpp"
 #include "simulate/overrides.hpp"
+#include "simulate/resolution.hpp"
 #include "study/study.hpp"
 
 namespace trocar {
@@ -75,7 +76,7 @@ std::string mode_of(const Experiment& experiment, Input::Kind input) {
     if (input != Input::Kind::scene && input != Input::Kind::generated) return "hard_case";
     if (experiment.clock == Experiment::Clock::paced) return "paced";
     if (experiment.sweep) return "work_precision";
-    if (!experiment.against.empty()) return "against";
+    if (!experiment.against.empty()) return experiment.against == twin ? "resolution" : "against";
     if (experiment.cycles > 0) return "repeated_motion";
     if (experiment.frames == Experiment::Frames::replay) return "replay";
     return experiment.truth_stride == 0 ? "cost_by_size" : "closed_loop";
@@ -230,6 +231,8 @@ double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {
     if (spec.mode == "paced") return start + 2.0 * ticks * facts.dt;
     if (is_mesh_case(spec)) return start;
     if (spec.mode == "metamorphic") return start + 7.0 * ticks * (tick + tick_triangle * triangles);
+    if (spec.mode == "resolution")
+        return start + 2.0 * ticks * (tick + judged + (tick_triangle + judged_triangle) * triangles);
     const double truth = spec.truth_stride == 0 ? 0.0 : ticks / static_cast<double>(spec.truth_stride);
     return start + ticks * (tick + tick_triangle * triangles) + truth * (judged + judged_triangle * triangles);
 }
@@ -273,6 +276,12 @@ void complete_run(const SceneFacts& facts, PlannedRun& run) {
     if (override_value(run.spec.overrides, "cycles") > 0.0 && facts.motions != 1 && !facts.lacks_data) {
         throw InputError("study", run.spec.scene_file, "one body with a motion, for cycles to repeat",
                          fmt::format("{}", facts.motions));
+    }
+    if (run.spec.mode == "resolution" && !facts.has_resolution_window && !facts.lacks_data) {
+        throw InputError(
+            "study", run.spec.scene_file,
+            fmt::format("contact_off and {} s after it, to hold a run against its twin", ResolutionWindow::length),
+            "a scene without");
     }
     if (const double dt = override_value(run.spec.overrides, "dt"); dt > 0.0) {
         // The same time, in other ticks.

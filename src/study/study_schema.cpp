@@ -50,7 +50,7 @@ std::string study_schema() {
         "responses": {"$ref": "#/$defs/methods", "description": "Closed loop. An entry that is an object may hold 'detectors', 'contacts' and 'steppers': what it runs with instead of the experiment's"},
         "contacts": {"$ref": "#/$defs/contacts", "description": "Closed loop. Contact generators; absent: each response's own, as in trocar run. Generated scenes: detectors are asked for the pairs that the generator wants; absent: intersecting pairs"},
         "steppers": {"$ref": "#/$defs/steppers", "description": "Closed loop"},
-        "against": {"type": "string", "minLength": 1, "description": "Closed loop. A second stepper, NAME[:key=value,...] as in trocar list, that runs every scene in step, with its own contacts: differences of tool force and places, near the first contact and far from it"},
+        "against": {"type": "string", "minLength": 1, "description": "Closed loop. A second stepper, NAME[:key=value,...] as in trocar list, that runs every scene in step, with its own contacts: differences of tool force and places, near the first contact and far from it. Or twin: scenes with contact_off are held against themselves with contact at every tick, for how an interpenetration is resolved"},
         "sweep": {"type": "object", "additionalProperties": false, "required": ["knob", "values"], "description": "One parameter and its values: a curve of time against error for each scene and method",
           "properties": {
             "knob": {"type": "string", "description": "dt (s, the run keeps its length), k (N/m, contact stiffness), substeps, detector.KEY or response.KEY with a parameter of trocar list; in a replay detector.KEY only"},

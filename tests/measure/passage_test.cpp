@@ -16,7 +16,7 @@ namespace {
 
 /// Passages over the whole script of a scene whose bodies follow their keys, a frame per tick; -1: nothing to ask.
 std::int64_t passages_of(const Scene& scene) {
-    PassageTruth truth(scene);
+    PassageTruth truth(scene, scene.first);
     Frame frame = scene.first;
     std::int64_t sum = -1;
     for (std::int64_t tick = 1; tick <= scene.ticks; ++tick) {

@@ -165,6 +165,21 @@ TEST_F(StudyFile, ASecondStepperIsThatOfEveryRun) {
         complaint(study_of({replay + R"("scenes":["a.json"],"detectors":["ohc"],"against":"implicit")"})), {"against"});
 }
 
+TEST_F(StudyFile, ATwinIsOfScenesWithAnIntervalWithoutContactAndEveryTickIsJudged) {
+    const Study study = read(study_of({press + R"(,"against":"twin")"}));
+    PlannedRun run = make_plan(study).at(0);
+    EXPECT_EQ(run.spec.mode, "resolution");
+    EXPECT_EQ(run.spec.truth_stride, 1);
+    SceneFacts facts{};
+    EXPECT_NE(
+        test::complaint_of([&] { complete_run(facts, run); }).find("a.json: expected contact_off and 0.2 s after"),
+        std::string::npos);
+    facts.has_resolution_window = true;
+    EXPECT_NO_THROW(complete_run(facts, run));
+    test::expect_holds(complaint(study_of({press + R"(,"against":"twin","truth_stride":2)"})),
+                       {"/experiments/0/truth_stride: expected 1: against a twin"});
+}
+
 TEST_F(StudyFile, EveryResponseRunsOnItsOwnContactsUnlessTheyAreNamed) {
     const auto sources = [](const Study& study) {
         std::map<std::string, std::set<std::string>> found;

@@ -1,0 +1,182 @@
+// How responses resolve an interpenetration that an interval without contact has left (simulate/resolution.hpp).
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "measure/statistics.hpp"
+#include "report/metric_table.hpp"
+
+namespace trocar {
+namespace {
+
+constexpr const char* kind = "resolution";
+
+/// Groups of drawn scenes, by the first word of their names, in one column each (scene/resolution_scenes.hpp).
+struct Group {
+    const char* header;
+    std::vector<std::string_view> words;
+};
+
+const std::vector<Group>& groups() {
+    static const std::vector<Group> list{{"at rest, moving", {"rest", "moving"}},
+                                         {"silent detector", {"silent"}},
+                                         {"through in one tick", {"through"}},
+                                         {"hand-held", {"held"}}};
+    return list;
+}
+
+bool is_of(const Group& group, const std::string& scene) {
+    const std::string word = scene.substr(0, scene.find('_'));
+    return std::find(group.words.begin(), group.words.end(), word) != group.words.end();
+}
+
+bool holds(const SceneResult& result, Metric metric) { return result.ok() && result.first(metric) == 1.0; }
+
+/// "20 / 3 of 24": resolved, of these cleared, of all that were not left out.
+std::string counts_of(const ResultSet& results, const Group* group) {
+    int all = 0;
+    int resolved = 0;
+    int cleared = 0;
+    for (const SceneResult* result : results.results) {
+        if (group != nullptr && !is_of(*group, result->scene())) continue;
+        ++all;
+        resolved += holds(*result, Metric::resolution_resolved) ? 1 : 0;
+        cleared += holds(*result, Metric::resolution_cleared) ? 1 : 0;
+    }
+    return all == 0 ? unknown_text : std::to_string(resolved) + " / " + of_text(cleared, all);
+}
+
+/// Values over all scenes, where a run without one is worse than every other.
+std::vector<double> worst_first(const ResultSet& results, Metric metric) {
+    std::vector<double> values;
+    values.reserve(results.count());
+    for (const SceneResult* result : results.results) {
+        const double value = result->ok() ? result->first(metric) : not_known;
+        values.push_back(std::isnan(value) ? std::numeric_limits<double>::infinity() : value);
+    }
+    return values;
+}
+
+std::string bounded(double value) { return std::isinf(value) ? "∞" : scaled(value); }
+
+/// "12 [180]": median, and the value that 90 % do not exceed.
+MetricColumn spread_column(const std::string& header, Metric metric) {
+    return {.header = header, .metric = metric, .text = [metric](const ResultSet& results) {
+                const std::vector<double> values = worst_first(results, metric);
+                return bounded(median(values)) + " [" + bounded(quantile(values, 0.9)) + "]";
+            }};
+}
+
+/// "wrong side held 12, too slow 3"
+std::string causes_of(const ResultSet& results) {
+    std::map<std::string, int> count;
+    for (const SceneResult* result : results.results) {
+        if (holds(*result, Metric::resolution_resolved)) continue;
+        ++count[result->ok() ? fact_of(result->record(), "resolution.cause")
+                             : std::string(name_of(result->failure().kind))];
+    }
+    std::vector<std::pair<int, std::string>> order;
+    order.reserve(count.size());
+    for (const auto& [cause, times] : count) order.emplace_back(-times, cause);
+    std::sort(order.begin(), order.end());
+    std::vector<std::string> parts;
+    parts.reserve(order.size());
+    for (const auto& [times, cause] : order) parts.push_back(cause + " " + std::to_string(-times));
+    return joined(parts);
+}
+
+struct ResolvedRow {
+    Method method;
+    ResultSet results;
+    double resolved = 0.0;
+    double ticks = 0.0;  ///< median
+};
+
+/// Most resolved first, then fewest ticks.
+std::vector<ResolvedRow> resolved_rows(const Draft& draft) {
+    std::vector<ResolvedRow> rows;
+    for (const Method& method : draft.results.methods(kind)) {
+        ResolvedRow row{.method = method, .results = possible(draft.results, method)};
+        if (row.results.count() == 0) continue;
+        for (const SceneResult* result : row.results.results) {
+            row.resolved += holds(*result, Metric::resolution_resolved) ? 1.0 : 0.0;
+        }
+        row.ticks = median(worst_first(row.results, Metric::resolution_ticks));
+        rows.push_back(std::move(row));
+    }
+    std::stable_sort(rows.begin(), rows.end(), [](const ResolvedRow& a, const ResolvedRow& b) {
+        return a.resolved != b.resolved ? a.resolved > b.resolved : a.ticks < b.ticks;
+    });
+    return rows;
+}
+
+Table rows_table(const Draft& draft, const std::string& caption, const std::vector<MetricColumn>& columns) {
+    std::vector<MetricRow> lines;
+    for (const ResolvedRow& row : resolved_rows(draft)) {
+        lines.push_back({.names = {response_name(row.method)}, .results = row.results});
+    }
+    return table_of({.caption = caption, .columns = {{.header = "response", .wide = true}}}, columns, lines);
+}
+
+}  // namespace
+
+Table resolution_table(const Draft& draft) {
+    std::vector<MetricColumn> columns;
+    const std::vector<std::string> scenes = draft.results.scenes(kind);
+    for (const Group& group : groups()) {
+        const auto in_group = [&group](const std::string& scene) { return is_of(group, scene); };
+        if (std::none_of(scenes.begin(), scenes.end(), in_group)) continue;
+        columns.push_back({.header = group.header,
+                           .metric = Metric::resolution_resolved,
+                           .text = [&group](const ResultSet& results) { return counts_of(results, &group); }});
+    }
+    if (columns.size() != 1) {
+        columns.push_back({.header = "all",
+                           .metric = Metric::resolution_resolved,
+                           .text = [](const ResultSet& results) { return counts_of(results, nullptr); }});
+    }
+    columns.push_back(spread_column("ticks to resolve", Metric::resolution_ticks));
+    columns.push_back(spread_column("kick", Metric::resolution_kick));
+    columns.push_back(spread_column("excess energy", Metric::resolution_excess_energy));
+    Table table = rows_table(draft, "Interpenetration resolution: resolved / cleared of N scenes", columns);
+    table.note =
+        "Contact is off for an interval in which bodies pass into each other. Resolved: within 200 ms the state is "
+        "that "
+        "of the same scene with contact at every tick, and stays so. Cleared: besides, never deeper than 0.02 edges. "
+        "Others: median [90 %] over the scenes; ∞: not resolved, failed or not defined. Order: resolved, then ticks.";
+    return table;
+}
+
+void add_resolution(Draft& draft) {
+    if (draft.results.scenes(kind).empty()) return;
+    draft.heading(2, "Interpenetration resolution");
+    draft.add(resolution_table(draft));
+    draft.add(rows_table(draft, "Why not resolved", {text_column("causes, and how many scenes", causes_of, true)}));
+    draft.add(table_of(
+        draft, {.caption = "Resolution by scene",
+                .mode = kind,
+                .columns = {text_column("resolved", Metric::resolution_resolved,
+                                        [](const RunFigures& run) {
+                                            return yes_no(run[Metric::resolution_resolved], unknown_text);
+                                        }),
+                            text_column(
+                                "why not",
+                                [](const ResultSet& results) {
+                                    const std::string& cause = fact_of(*results.first().record, "resolution.cause");
+                                    return cause == "resolved" ? std::string() : cause;
+                                },
+                                true),
+                            {.header = "depth before / after (mm)",
+                             .metric = Metric::resolution_depth_before_m,
+                             .second = Metric::resolution_depth_after_m,
+                             .scale = mm},
+                            value_column("depth with contact (mm)", Metric::resolution_depth_twin_m, mm),
+                            count_column("ticks", Metric::resolution_ticks),
+                            value_column("kick", Metric::resolution_kick),
+                            value_column("force step (N)", Metric::resolution_force_step_n),
+                            value_column("excess energy", Metric::resolution_excess_energy),
+                            value_column("overshoot (mm)", Metric::resolution_overshoot_m, mm),
+                            value_column("left behind (mm)", Metric::resolution_left_behind_m, mm)}}));
+}
+
+}  // namespace trocar
