@@ -11,8 +11,8 @@
 
 #include "method/registry.hpp"
 #include "tissue/far_field.hpp"
-#include "tissue/region_levels.hpp"
 #include "tissue/implicit_system.hpp"
+#include "tissue/region_levels.hpp"
 #include "tissue/side_thread.hpp"
 #include "tissue/tick_contacts.hpp"
 #include "tissue/written_vertices.hpp"

@@ -52,7 +52,7 @@ StepperEntry implicit_stepper() {
     entry.takes_held_forces = true;
     entry.parameters = {
         integer_parameter("steps", "1", 1, 1000, "steps a tick, each with a linearisation of its own"),
-        number_parameter("tolerance", "1", "1e-4", 1e-14, 0.1,
+        number_parameter("tolerance", "1", "1e-5", 1e-14, 0.1,
                          "what a step leaves open of its momentum, as a part of what contacts give in it, or a tenth "
                          "of that, of all that acts"),
         integer_parameter("iterations", "1000", 1, 100000, "most iterations of conjugate gradients for one system")};

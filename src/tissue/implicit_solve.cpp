@@ -338,7 +338,8 @@ void ImplicitSystem::stand_still() {
 
 /// Minimises the convex function of the step, quadratic except for the limits of contacts. Newton's method: conjugate
 /// gradients with a fixed set of contacts that give way, then a line search on the function, which prevents cycles.
-/// Starts from the current change; nodes outside `part` keep theirs.
+/// Starts from the current change; nodes outside `part` keep theirs. Takes at least one iteration: a residual within
+/// the tolerance that stayed in every step would add up.
 void ImplicitSystem::find_change(double h, const Part& part, const Accuracy& accuracy, TickContacts& contacts) {
     take_residual(h, part, contacts);
     take_blocks(h, contacts);
@@ -346,13 +347,13 @@ void ImplicitSystem::find_change(double h, const Part& part, const Accuracy& acc
     first_ = std::max(first_, rho);
     is_finite_ = is_finite_ && std::isfinite(rho);
     int iterations = accuracy.iterations;
-    while (iterations > 0 && !is_settled(rho, accuracy.tolerance)) {
+    do {
         const Descent descent = descend(part, rho, {accuracy.tolerance, iterations}, contacts);
         iterations -= descent.iterations;
         if (!descent.strays) break;
         go_along(h, part, contacts);
         rho = precondition(0.0, part, contacts);
-    }
+    } while (iterations > 0 && !is_settled(rho, accuracy.tolerance));
     for (std::size_t c = 0; c < rows_.size(); ++c) contacts.all()[c].force = rows_[c].now;
 }
 
@@ -400,8 +401,7 @@ ImplicitSystem::Descent ImplicitSystem::descend(const Part& part, double rho, co
     const double first = rho;
     turn(0.0);
     Descent descent;
-    while (descent.iterations < accuracy.iterations && !is_settled(rho, accuracy.tolerance) &&
-           !(descent.strays && rho <= enough * first)) {
+    do {
         ++descent.iterations;
         multiply(part, contacts);
         for (std::size_t c = 0; c < all.size(); ++c) {
@@ -425,7 +425,8 @@ ImplicitSystem::Descent ImplicitSystem::descend(const Part& part, double rho, co
         const double next = precondition(step, part, contacts);
         turn(next / rho);
         rho = next;
-    }
+    } while (descent.iterations < accuracy.iterations && !is_settled(rho, accuracy.tolerance) &&
+             !(descent.strays && rho <= enough * first));
     return descent;
 }
 

@@ -310,8 +310,7 @@ void ImplicitSystem::add_enclosures(const Matrix4X& vector, Matrix4X& product) c
         double flow = 0.0;
         each_vertex([&](Index n, const auto& gradient) { flow += gradient.dot(vector.col(n).template head<3>()); });
         const double pressure = listed_for_ * listed_for_ * enclosure.stiffness * flow;
-        each_vertex(
-            [&](Index n, const auto& gradient) { product.col(n).template head<3>() += pressure * gradient; });
+        each_vertex([&](Index n, const auto& gradient) { product.col(n).template head<3>() += pressure * gradient; });
     }
 }
 

@@ -1,8 +1,8 @@
-// Linearly implicit Euler step (Baraff and Witkin 1998, eq. 6) of all active nodes of a tissue, for the springs of thesis
-// eq. 3.1: `A dv = b`, `A = M + h (C + D) + h² K`. C holds the dampers, D the drag and K the stiffness of springs and
-// enclosures. All are linearised at the start of the step. The transverse part of a spring's K (tension over length) is
-// clamped at 0, so that A is always positive definite. Contacts are part of the same system: a pressing contact adds
-// its damper and spring to the matrix, so that it feels all others, and hundreds cost few products with the matrix.
+// Linearly implicit Euler step (Baraff and Witkin 1998, eq. 6) of all active nodes of a tissue: `A dv = b`, `A = M +
+// h (C + D) + h² K`. C holds the dampers, D the drag and K the stiffness of springs (thesis eq. 3.1) and enclosures.
+// All are linearised at the start of the step. The transverse part of a spring's K (tension over length) is clamped at
+// 0, so that A is always positive definite. Contacts are part of the same system. A pressing contact adds its damper
+// and spring to the matrix, so that it feels all others, and hundreds cost few products with it.
 #pragma once
 
 #include <Eigen/Dense>

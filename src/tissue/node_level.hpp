@@ -1,5 +1,5 @@
-// Level of nodes of an implicit step. Level 0 holds the vertices of the tissue. Higher levels exist only where a part of
-// the tissue is interpolated.
+// Level of nodes of an implicit step. Level 0 holds the vertices of the tissue. Higher levels exist only where a part
+// of the tissue is interpolated.
 #pragma once
 
 #include <array>

@@ -76,8 +76,8 @@ struct Tangle {
     void press() {
         for (Index c = 0; c < 24; ++c) {
             const Vector3 direction = test::random_vector(unit, random) - Vector3::Constant(0.5);
-            ContactForceLaw contact =
-                test::plane_contact(2 * c, direction.normalized(), 2e-4 * (unit(random) - 0.5), 2e3, 0.5 * unit(random));
+            ContactForceLaw contact = test::plane_contact(2 * c, direction.normalized(), 2e-4 * (unit(random) - 0.5),
+                                                          2e3, 0.5 * unit(random));
             contact.vertices = {2 * c, 2 * c + 1, 2 * c + 7};
             contact.weights = {0.5, 0.3, 0.2};
             if (c % 3 == 0) {
@@ -179,8 +179,8 @@ TEST(ImplicitSystem, AStepIsThatOfADenseSolve) {
     for (unsigned seed = 1; seed <= 5; ++seed) {
         for (const bool has_enclosures : {false, true}) {
             for (const bool has_contacts : {false, true}) {
-                SCOPED_TRACE(testing::Message() << "seed " << seed << ", enclosures " << has_enclosures
-                                                << ", contacts " << has_contacts);
+                SCOPED_TRACE(testing::Message()
+                             << "seed " << seed << ", enclosures " << has_enclosures << ", contacts " << has_contacts);
                 Tangle tangle(seed);
                 if (has_enclosures) tangle.enclose();
                 if (has_contacts) tangle.press();

@@ -1,5 +1,5 @@
-// The inner loops of conjugate gradients on an implicit step: against loops that do one thing at a time, and every instruction
-// set against the others.
+// The inner loops of conjugate gradients on an implicit step: against loops that do one thing at a time, and every
+// instruction set against the others.
 #include "tissue/system_kernels.hpp"
 
 #include <gtest/gtest.h>
