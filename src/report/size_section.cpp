@@ -58,10 +58,9 @@ std::map<Family, std::vector<Size>> families_of(const Draft& draft) {
     return families;
 }
 
-/// A stepper's name has every parameter that is not at its default, those that start a second thread among them.
+/// A stepper's name has every parameter that is not at its default, the number of threads among them.
 std::string threads_of(const std::string& stepper) {
-    const bool two = stepper.find("threads=2") != std::string::npos || stepper.find("factor=") != std::string::npos;
-    return two ? "two threads" : "one thread";
+    return stepper.find("threads=2") != std::string::npos ? "two threads" : "one thread";
 }
 
 ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {

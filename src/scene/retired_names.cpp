@@ -17,6 +17,7 @@ constexpr auto retired = std::to_array<RetiredName>({
     {NameKind::contact_generator, "", "tracked", "renamed to 'tracked_proximity'"},
     {NameKind::stepper, "", "regional", "renamed to 'adaptive_multires'"},
     {NameKind::parameter, "adaptive_multires", "visits", "renamed to 'relaxations'"},
+    {NameKind::parameter, "implicit", "factor", "nothing takes its place: steps are solved without a factor"},
     {NameKind::parameter, "", "tip", "give the run's device, --device tip=…"},
     {NameKind::parameter, "", "tip_saturation", "give the run's device, --device saturation=…"},
     {NameKind::parameter, "", "tip_rate", "give the run's device, --device rate=…"},

@@ -1,5 +1,6 @@
 // A second stepper that runs the scene of a closed loop in step with the first, each with its own contacts. The
 // differences are the error of a stepper that does not update the whole tissue at every tick, against one that does.
+// Steppers of different code show what they make of one scene.
 #pragma once
 
 #include <memory>

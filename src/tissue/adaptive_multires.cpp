@@ -11,8 +11,8 @@
 
 #include "method/registry.hpp"
 #include "tissue/far_field.hpp"
+#include "tissue/implicit_system.hpp"
 #include "tissue/region_levels.hpp"
-#include "tissue/region_system.hpp"
 #include "tissue/side_thread.hpp"
 #include "tissue/tick_contacts.hpp"
 #include "tissue/written_vertices.hpp"
@@ -25,8 +25,7 @@ struct AdaptiveMultiresSettings {
     std::size_t slices = 16;
     std::size_t relaxations = 250;
     std::size_t whole = 2000;
-    double tolerance = 0.002;
-    int iterations = 1000;
+    ImplicitSystem::Accuracy accuracy = {.tolerance = 0.002, .iterations = 1000};
     std::size_t threads = 1;
 };
 
@@ -38,7 +37,7 @@ public:
         : settings_(settings), rings_(static_cast<int>(std::ceil(2.3 * std::sqrt(0.042 / settings.error)))) {
         // Rounding up to whole rings leaves a margin that falls with the bound to the power 3/2; a step's residual fits
         // it.
-        settings_.tolerance = std::min(settings.tolerance, 2.0 * std::pow(settings.error, 1.5));
+        settings_.accuracy.tolerance = std::min(settings.accuracy.tolerance, 2.0 * std::pow(settings.error, 1.5));
     }
 
     void prepare(const Topology& topology, const Materials& materials) override {
@@ -101,19 +100,25 @@ public:
         contacts_->collect(output, from, state, late_);
         const bool known = output.contact_timing != ContactTiming::implicit;
         contacts_->begin_substep(state);
-        system_->prepare(dt);
+        if (region_->take_changed() || system_->listed_for() != dt) system_->list(dt);
+        for (const auto& [level, node] : system_->interpolated()) region_->refresh(level, node);
+        system_->linearise();
         // Both parts read only the state at the start of the tick until `move`, so they may run in parallel.
         const std::size_t slice = state.size() / settings_.slices;
         const std::size_t relaxations = std::min(settings_.relaxations, slice);
         const auto follow = [&] { far_field_->follow(relaxations, slice - relaxations); };
-        const auto solve = [&] { system_->solve(dt, known, settings_.tolerance, settings_.iterations, *contacts_); };
+        const auto solve = [&] { system_->solve(known, 1, settings_.accuracy, *contacts_); };
         if (beside_) {
             beside_->run(follow, solve);
         } else {
             follow();
             solve();
         }
-        double furthest = system_->move(dt);
+        double furthest = system_->move();
+        region_->next_moment();
+        for (const auto& [level, node] : system_->interpolated()) {
+            if (level == 0) region_->refresh(level, node);
+        }
         furthest += contacts_->shift(*tissue_);
         ++tick_;  // also after a failed tick, because its search marks must not match those of the next
         if (!contacts_->all().empty()) contacts_->finish_substep(dt, 1, state);
@@ -161,10 +166,10 @@ private:
         tissue_->take_over(nothing_, from);
         constexpr std::size_t fewest = 300;
         region_.emplace(*tissue_, *written_, *boxes_, *topology_, from.position, fewest);
-        system_.emplace(*tissue_, *region_);
+        system_.emplace(*tissue_, region_->levels());
         far_field_.emplace(*region_);
         if (settings_.threads > 1 && !beside_) beside_.emplace();
-        for (const RegionLevel& level : region_->levels()) {
+        for (const NodeLevel& level : region_->levels()) {
             Search& search = searches_.emplace_back();
             search.queue.reserve(level.size());
             search.marked.assign(level.size(), never);
@@ -252,9 +257,9 @@ private:
         constexpr std::int64_t seldom = 4;
         if (is_filled_ && tick_ % seldom != 0) return;
         is_filled_ = true;
-        std::vector<RegionLevel>& levels = region_->levels();
+        std::vector<NodeLevel>& levels = region_->levels();
         for (std::size_t level = 0; level + 1 < levels.size(); ++level) {
-            RegionLevel& here = levels[level];
+            NodeLevel& here = levels[level];
             Search& search = searches_[level];
             if (level == 0) {
                 search.queue.assign(seeds_.begin(), seeds_.end());
@@ -304,7 +309,7 @@ private:
         return level == 1 ? rings_ : rings_ + 1;
     }
 
-    void walk_rings(int rings, const RegionLevel& level, Search& search) const {
+    void walk_rings(int rings, const NodeLevel& level, Search& search) const {
         std::size_t begin = 0;
         for (int ring = 0; ring < rings; ++ring) {
             const std::size_t end = search.queue.size();
@@ -334,12 +339,12 @@ private:
         TissueState& state = tissue_->state();
         const double longest = 1.0 + tissue_->materials().strain_limit;
         const double stretch = far_field_->stretch();
-        const std::span<const RegionSpring> springs = system_->springs();
-        const auto stretch_of = [&](const RegionSpring& spring) {
+        const std::span<const SystemSpring> springs = system_->springs();
+        const auto stretch_of = [&](const SystemSpring& spring) {
             return (state.position.col(spring.j) - state.position.col(spring.i)).head<3>().norm() * spring.inverse_rest;
         };
         double near = 0.0;
-        for (const RegionSpring& spring : springs) near = std::max(near, stretch_of(spring));
+        for (const SystemSpring& spring : springs) near = std::max(near, stretch_of(spring));
         limited_edges_ = 0;
         constexpr double rounding = 1e-12;
         if (near > longest * (1.0 - rounding)) {
@@ -351,7 +356,7 @@ private:
             limited_.assign(springs.size(), 0);
             for (int pass = 0; pass < limit_passes; ++pass) {
                 for (std::size_t s = 0; s < springs.size(); ++s) {
-                    const RegionSpring& spring = springs[s];
+                    const SystemSpring& spring = springs[s];
                     if (spring.inverse_rest == 0.0) continue;
                     const double limit = longest / spring.inverse_rest;
                     if (shorten(spring.i, spring.j, limit, gives(spring.i), gives(spring.j), state)) limited_[s] = 1;
@@ -359,7 +364,7 @@ private:
             }
             limited_edges_ = std::count(limited_.begin(), limited_.end(), std::uint8_t{1});
             near = 0.0;
-            for (const RegionSpring& spring : springs) near = std::max(near, stretch_of(spring));
+            for (const SystemSpring& spring : springs) near = std::max(near, stretch_of(spring));
         }
         max_strain_ = std::max(0.0, std::max(stretch, near) - 1.0);
     }
@@ -373,7 +378,7 @@ private:
     std::optional<BodyBoxes> boxes_;
     std::optional<RegionTissue> region_;
     std::optional<FarField> far_field_;
-    std::optional<RegionSystem> system_;
+    std::optional<ImplicitSystem> system_;
     std::optional<TickContacts> contacts_;
     std::vector<Search> searches_;  ///< per level
     std::vector<Index> seeds_;
@@ -430,8 +435,8 @@ StepperEntry adaptive_multires_stepper() {
                                      .slices = count("slices"),
                                      .relaxations = count("relaxations"),
                                      .whole = count("whole"),
-                                     .tolerance = values.number("tolerance"),
-                                     .iterations = static_cast<int>(values.integer("iterations")),
+                                     .accuracy = {.tolerance = values.number("tolerance"),
+                                                  .iterations = static_cast<int>(values.integer("iterations"))},
                                      .threads = count("threads")});
     };
     return entry;

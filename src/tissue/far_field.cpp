@@ -6,13 +6,13 @@
 namespace trocar {
 
 FarField::FarField(RegionTissue& region) : region_(&region) {
-    const std::vector<RegionLevel>& levels = region.levels();
+    const std::vector<NodeLevel>& levels = region.levels();
     const std::size_t last = levels.size() - 1;
     owner_.resize(last);
     holding_.resize(levels.size());
     for (std::size_t level = 1; level <= last; ++level) holding_[level].resize(levels[level].size());
     for (std::size_t level = 0; level < last; ++level) {
-        const RegionLevel& fine = levels[level];
+        const NodeLevel& fine = levels[level];
         for (std::size_t node = 0; node < fine.size(); ++node) {
             // A free parent takes precedence over a fixed one, because fixed nodes move no others.
             Index owner = fine.parent[node][0];
@@ -104,7 +104,7 @@ void FarField::go_around() {
 /// Returns false if the limit of the tick is reached. Relaxation updates the neighbours as well. A vertex with more
 /// neighbours than the limit is only updated.
 bool FarField::examine(Index vertex) {
-    const RegionLevel& vertices = region_->levels()[0];
+    const NodeLevel& vertices = region_->levels()[0];
     const std::size_t put = region_->put() - put_before_;
     const std::size_t examined_count = 1 + vertices.first_edge[at(vertex) + 1] - vertices.first_edge[at(vertex)];
     if (put + std::min(examined_count, most_) > most_ || put == most_) return false;
@@ -119,7 +119,7 @@ bool FarField::examine(Index vertex) {
 void FarField::find_late() {
     ++turn_;
     late_.clear();
-    const std::vector<RegionLevel>& levels = region_->levels();
+    const std::vector<NodeLevel>& levels = region_->levels();
     for (std::size_t level = levels.size() - 1; level > 0; --level) {
         for (const Index node : levels[level].active_nodes) {
             Holding& holding = holding_[level][at(node)];
@@ -147,7 +147,7 @@ void FarField::find_late() {
 void FarField::find_beside(std::size_t most) {
     beside_.clear();
     if (holding_.size() < 2) return;
-    const std::vector<RegionLevel>& levels = region_->levels();
+    const std::vector<NodeLevel>& levels = region_->levels();
     for (const Index node : levels[1].active_nodes) {
         const Holding& holding = holding_[1][at(node)];
         if (holding.first == holding.end) continue;
@@ -164,7 +164,7 @@ void FarField::find_beside(std::size_t most) {
 }
 
 bool FarField::pass_over(const Late& late) {
-    const std::vector<RegionLevel>& levels = region_->levels();
+    const std::vector<NodeLevel>& levels = region_->levels();
     if (levels[late.level].active[at(late.node)] == 0) return true;  // interpolated since the search
     Holding& holding = holding_[late.level][at(late.node)];
     if (holding.next == holding.first) holding.beginning = levels[late.level].displacement.col(late.node);

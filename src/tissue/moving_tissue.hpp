@@ -32,6 +32,7 @@ public:
     /// Springs with at least one free end, as in the scene and as arrays in the same order.
     [[nodiscard]] const std::vector<Spring>& springs() const { return springs_; }
     [[nodiscard]] SpringArrays& spring_arrays() { return arrays_; }
+    [[nodiscard]] const SpringArrays& spring_arrays() const { return arrays_; }
 
     /// Copies the frame and applies the output's position corrections; constant forces are the rest bias and
     /// ResponseOutput::held_force.

@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <limits>
-#include <numeric>
 #include <span>
 #include <utility>
 
@@ -15,24 +14,10 @@ namespace {
 constexpr double coarsening = 3.2;  // spacing of a level relative to the previous one
 constexpr std::size_t most_candidates = 10;
 
-void list_edges(RegionLevel& level) {
-    level.first_edge.assign(level.size() + 1, 0);
-    for (const std::vector<Index>* ends : {&level.i, &level.j}) {
-        for (const Index node : *ends) ++level.first_edge[at(node) + 1];
-    }
-    std::partial_sum(level.first_edge.begin(), level.first_edge.end(), level.first_edge.begin());
-    level.edge_at.resize(2 * level.i.size());
-    std::vector<std::uint32_t> next = level.first_edge;
-    for (std::uint32_t e = 0; e < level.i.size(); ++e) {
-        level.edge_at[next[at(level.i[e])]++] = e;
-        level.edge_at[next[at(level.j[e])]++] = e;
-    }
-}
-
 /// Nodes connected to the centre of a ball by edges within the ball.
 class Walk {
 public:
-    explicit Walk(const RegionLevel& level) : level_(&level), seen_(level.size(), 0) {}
+    explicit Walk(const NodeLevel& level) : level_(&level), seen_(level.size(), 0) {}
 
     std::span<const Index> ball(Index from, double radius) {
         ++walk_;
@@ -53,7 +38,7 @@ public:
     }
 
 private:
-    const RegionLevel* level_;
+    const NodeLevel* level_;
     std::vector<std::int64_t> seen_;
     std::vector<Index> reached_;
     std::int64_t walk_ = 0;
@@ -62,7 +47,7 @@ private:
 /// Chooses three of the candidates (squared distance, node) with weights of sum 1 that reproduce linear fields. They
 /// form the triangle around the node, seen along the candidates' normal, of least weighted squared distance (Delaunay).
 /// Without a triangle, takes the nearest point of an edge between two candidates.
-void share_out(const RegionLevel& coarse, const Vector3& place, std::span<const std::pair<double, Index>> candidates,
+void share_out(const NodeLevel& coarse, const Vector3& place, std::span<const std::pair<double, Index>> candidates,
                std::array<Index, 3>& parent, std::array<double, 3>& weight) {
     parent.fill(candidates.front().second);
     weight = {1.0, 0.0, 0.0};
@@ -131,17 +116,12 @@ RegionTissue::RegionTissue(MovingTissue& tissue, WrittenVertices& written, BodyB
         before = levels_.back().size();
         build_next();
     }
-    for (RegionLevel& level : levels_) {
+    for (NodeLevel& level : levels_) {
         const bool last = &level == &levels_.back();
         const auto columns = static_cast<Eigen::Index>(level.size());
         level.whole_mass = level.mass;
-        level.active.assign(level.size(), last ? 1 : 0);
-        level.active_at.assign(level.size(), -1);
+        level.set_active(last);
         level.stamp.assign(level.size(), -1);
-        level.active_nodes.reserve(level.size());
-        for (Index node = 0; last && at(node) < level.size(); ++node) {
-            if (level.fixed[at(node)] == 0) level.active_nodes.push_back(node);
-        }
         level.displacement.setZero(4, columns);
         level.offset.setZero(4, &level == &levels_.front() ? 0 : columns);
         level.velocity.setZero(4, &level == &levels_.front() ? 0 : columns);
@@ -159,11 +139,9 @@ RegionTissue::RegionTissue(MovingTissue& tissue, WrittenVertices& written, BodyB
 }
 
 void RegionTissue::build_vertices(const Matrix3X& rest) {
-    RegionLevel& vertices = levels_.emplace_back();
+    NodeLevel& vertices = levels_.emplace_back(level_of_vertices(*tissue_));
     const TissueState& state = tissue_->state();
     const SpringArrays& springs = tissue_->spring_arrays();
-    vertices.i = springs.i;
-    vertices.j = springs.j;
     springs_.resize(springs.size());
     for (std::size_t s = 0; s < springs.size(); ++s) {
         springs_[s].i = springs.i[s];
@@ -175,13 +153,8 @@ void RegionTissue::build_vertices(const Matrix3X& rest) {
     longest_edge_.assign(state.size(), 0.0);
     std::vector<double> lengths(state.size(), 0.0);
     std::vector<int> counts(state.size(), 0);
-    for (std::size_t v = 0; v < state.size(); ++v) {
-        const bool moves = state.inverse_mass[v] != 0.0;
-        vertices.rest.push_back(rest.col(state.vertex[v]));
-        vertices.fixed.push_back(moves ? 0 : 1);
-        vertices.mass.push_back(moves ? 1.0 / state.inverse_mass[v] : 0.0);
-        vertices.drag.push_back(moves ? state.drag[v] : 0.0);
-    }
+    vertices.rest.reserve(state.size());
+    for (const Index vertex : state.vertex) vertices.rest.push_back(rest.col(vertex));
     for (std::size_t s = 0; s < springs.size(); ++s) {
         const double length = (vertices.rest[at(springs.i[s])] - vertices.rest[at(springs.j[s])]).norm();
         for (const Index end : {springs.i[s], springs.j[s]}) {
@@ -192,29 +165,11 @@ void RegionTissue::build_vertices(const Matrix3X& rest) {
     }
     for (std::size_t v = 0; v < state.size(); ++v)
         vertices.spacing.push_back(counts[v] > 0 ? lengths[v] / counts[v] : 0.0);
-    list_edges(vertices);
-    mark_pieces();
-}
-
-/// Numbers the connected pieces of tissue without a fixed vertex.
-void RegionTissue::mark_pieces() {
-    RegionLevel& vertices = levels_.front();
-    Walk walk(vertices);
-    constexpr Index unknown = -2;
-    vertices.piece.assign(vertices.size(), unknown);
-    for (Index v = 0; at(v) < vertices.size(); ++v) {
-        if (vertices.piece[at(v)] != unknown) continue;
-        const auto all = walk.ball(v, std::numeric_limits<double>::infinity());
-        const bool held =
-            std::any_of(all.begin(), all.end(), [&](Index node) { return vertices.fixed[at(node)] != 0; });
-        const Index piece = held ? -1 : pieces_++;
-        for (const Index node : all) vertices.piece[at(node)] = piece;
-    }
 }
 
 void RegionTissue::build_next() {
-    RegionLevel coarse;
-    RegionLevel& fine = levels_.back();
+    NodeLevel coarse;
+    NodeLevel& fine = levels_.back();
     const std::vector<Index> chosen = choose(fine);
     for (const Index node : chosen) {
         coarse.rest.push_back(fine.rest[at(node)]);
@@ -228,7 +183,7 @@ void RegionTissue::build_next() {
 }
 
 /// Selects nodes at the spacing of the next level. Fixed nodes come first, so that a fixed border stays fixed.
-std::vector<Index> RegionTissue::choose(const RegionLevel& fine) const {
+std::vector<Index> RegionTissue::choose(const NodeLevel& fine) const {
     std::vector<Index> chosen;
     std::vector<std::uint8_t> near(fine.size(), 0);
     Walk walk(fine);
@@ -244,7 +199,7 @@ std::vector<Index> RegionTissue::choose(const RegionLevel& fine) const {
     return chosen;
 }
 
-void RegionTissue::find_parents(RegionLevel& fine, const RegionLevel& coarse, const std::vector<Index>& chosen) const {
+void RegionTissue::find_parents(NodeLevel& fine, const NodeLevel& coarse, const std::vector<Index>& chosen) const {
     std::vector<Index> number(fine.size(), -1);
     for (std::size_t n = 0; n < chosen.size(); ++n) number[at(chosen[n])] = static_cast<Index>(n);
     fine.parent.resize(fine.size());
@@ -274,7 +229,7 @@ void RegionTissue::find_parents(RegionLevel& fine, const RegionLevel& coarse, co
 }
 
 /// Projects mass, drag and the blocks of the edges on the next level.
-void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
+void RegionTissue::project(const NodeLevel& fine, NodeLevel& coarse) const {
     const std::size_t count = coarse.rest.size();
     const std::size_t level = levels_.size() - 1;
     coarse.mass.assign(count, 0.0);
@@ -314,7 +269,7 @@ void RegionTissue::project(const RegionLevel& fine, RegionLevel& coarse) const {
             }
         }
     }
-    list_edges(coarse);
+    coarse.list_edges();
 }
 
 }  // namespace trocar

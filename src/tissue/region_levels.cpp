@@ -14,7 +14,7 @@ Eigen::Vector4d multiply(const SymmetricBlock& block, const Eigen::Vector4d& by)
             block[2] * by[0] + block[4] * by[1] + block[5] * by[2], 0.0};
 }
 
-std::uint32_t edge_between(const RegionLevel& level, Index a, Index b) {
+std::uint32_t edge_between(const NodeLevel& level, Index a, Index b) {
     std::uint32_t at_edge = level.first_edge[at(a)];
     while (level.other_end(level.edge_at[at_edge], a) != b) ++at_edge;
     return level.edge_at[at_edge];
@@ -24,7 +24,7 @@ std::uint32_t edge_between(const RegionLevel& level, Index a, Index b) {
 
 /// Interpolates the motion of a node from the next level, which it updates first.
 RegionTissue::Carried RegionTissue::carried(std::size_t level, Index node) {
-    const RegionLevel& fine = levels_[level];
+    const NodeLevel& fine = levels_[level];
     Carried sum;
     for (std::size_t n = 0; n < 3; ++n) {
         const double weight = fine.weight[at(node)][n];
@@ -38,7 +38,7 @@ RegionTissue::Carried RegionTissue::carried(std::size_t level, Index node) {
 }
 
 void RegionTissue::refresh(std::size_t level, Index node) {
-    RegionLevel& fine = levels_[level];
+    NodeLevel& fine = levels_[level];
     if (fine.active[at(node)] != 0 || fine.fixed[at(node)] != 0 || fine.stamp[at(node)] == moment_) return;
     fine.stamp[at(node)] = moment_;
     const auto [displacement, velocity] = carried(level, node);
@@ -61,7 +61,7 @@ void RegionTissue::complete(Frame& frame) const {
     Matrix4X displacement = levels_.back().displacement;
     Matrix4X velocity = levels_.back().velocity;
     for (std::size_t level = levels_.size() - 1; level-- > 0;) {
-        const RegionLevel& fine = levels_[level];
+        const NodeLevel& fine = levels_[level];
         Matrix4X fine_displacement = fine.displacement;
         Matrix4X fine_velocity = level > 0 ? fine.velocity : tissue_->state().velocity;
         for (std::size_t node = 0; node < fine.size(); ++node) {
@@ -90,7 +90,7 @@ void RegionTissue::complete(Frame& frame) const {
 }
 
 SymmetricBlock RegionTissue::stiffness_of(std::size_t level, std::uint32_t edge) const {
-    const RegionLevel& fine = levels_[level];
+    const NodeLevel& fine = levels_[level];
     if (level > 0) return fine.stiffness[edge];
     const NearSpring& spring = springs_[edge];
     const Vector3 path = fine.rest[at(spring.j)] - fine.rest[at(spring.i)];
@@ -101,7 +101,7 @@ SymmetricBlock RegionTissue::stiffness_of(std::size_t level, std::uint32_t edge)
 }
 
 SymmetricBlock RegionTissue::damping_of(std::size_t level, std::uint32_t edge) const {
-    const RegionLevel& fine = levels_[level];
+    const NodeLevel& fine = levels_[level];
     if (level > 0) return fine.damping[edge];
     const Vector3 path = fine.rest[at(fine.j[edge])] - fine.rest[at(fine.i[edge])];
     const double length = path.norm();
@@ -122,8 +122,8 @@ Eigen::Vector4d RegionTissue::pull(std::uint32_t edge) const {
 /// offsets of its ends is added as well.
 void RegionTissue::add_edge(std::size_t level, std::uint32_t edge, const SymmetricBlock& stiffness,
                             const SymmetricBlock& damping, double sign) {
-    const RegionLevel& fine = levels_[level];
-    RegionLevel& coarse = levels_[level + 1];
+    const NodeLevel& fine = levels_[level];
+    NodeLevel& coarse = levels_[level + 1];
     if (level > 0) {
         const Index i = fine.i[edge];
         const Index j = fine.j[edge];
@@ -150,7 +150,7 @@ void RegionTissue::add_edge(std::size_t level, std::uint32_t edge, const Symmetr
 }
 
 void RegionTissue::add_mass(std::size_t level, Index node, double mass, double drag) {
-    RegionLevel& here = levels_[level];
+    NodeLevel& here = levels_[level];
     here.mass[at(node)] += mass;
     here.drag[at(node)] += drag;
     if (here.active[at(node)] != 0) return;
@@ -161,7 +161,7 @@ void RegionTissue::add_mass(std::size_t level, Index node, double mass, double d
 }
 
 void RegionTissue::add_force(std::size_t level, Index node, const Eigen::Vector4d& force) {
-    RegionLevel& here = levels_[level];
+    NodeLevel& here = levels_[level];
     if (level > 0) here.force.col(node) += force;
     if (level > 0 && here.active[at(node)] != 0) return;
     for (std::size_t n = 0; n < 3; ++n) {
@@ -177,7 +177,7 @@ void RegionTissue::add_pull(std::uint32_t spring, const Eigen::Vector4d& pull) {
 }
 
 void RegionTissue::add_pull_at(Index vertex, const Eigen::Vector4d& force) {
-    const RegionLevel& vertices = levels_[0];
+    const NodeLevel& vertices = levels_[0];
     for (std::size_t n = 0; n < 3; ++n) {
         const double weight = vertices.weight[at(vertex)][n];
         if (weight == 0.0) continue;
@@ -200,7 +200,7 @@ void RegionTissue::report_pulls() {
 }
 
 void RegionTissue::add_momentum(std::size_t level, Index node, const Eigen::Vector4d& momentum) {
-    RegionLevel& here = levels_[level];
+    NodeLevel& here = levels_[level];
     if (here.fixed[at(node)] != 0) return;
     if (here.active[at(node)] != 0) {
         here.velocity.col(node) += momentum / here.mass[at(node)];
@@ -214,7 +214,7 @@ void RegionTissue::add_momentum(std::size_t level, Index node, const Eigen::Vect
 
 /// Linearises an interpolated spring at the current state.
 void RegionTissue::take_pull(std::uint32_t spring, const SymmetricBlock& stiffness) {
-    const RegionLevel& vertices = levels_[0];
+    const NodeLevel& vertices = levels_[0];
     const Eigen::Vector4d apart =
         vertices.displacement.col(vertices.j[spring]) - vertices.displacement.col(vertices.i[spring]);
     const Eigen::Vector4d now = pull(spring) - multiply(stiffness, apart);
@@ -223,7 +223,7 @@ void RegionTissue::take_pull(std::uint32_t spring, const SymmetricBlock& stiffne
 }
 
 void RegionTissue::activate(std::size_t level, Index node) {
-    RegionLevel& fine = levels_[level];
+    NodeLevel& fine = levels_[level];
     if (fine.active[at(node)] != 0 || fine.fixed[at(node)] != 0) return;
     refresh(level, node);
     for (std::uint32_t e = fine.first_edge[at(node)]; e < fine.first_edge[at(node) + 1]; ++e) {
@@ -249,7 +249,7 @@ void RegionTissue::activate(std::size_t level, Index node) {
 }
 
 void RegionTissue::interpolate(std::size_t level, Index node) {
-    RegionLevel& fine = levels_[level];
+    NodeLevel& fine = levels_[level];
     if (fine.active[at(node)] == 0 || level + 1 == levels_.size()) return;
     TissueState& state = tissue_->state();
     const auto [displacement, velocity] = carried(level, node);
@@ -297,7 +297,7 @@ void RegionTissue::interpolate(std::size_t level, Index node) {
 }
 
 double RegionTissue::relax(Index vertex) {
-    RegionLevel& vertices = levels_[0];
+    NodeLevel& vertices = levels_[0];
     if (vertices.active[at(vertex)] != 0 || vertices.fixed[at(vertex)] != 0) return 0.0;
     TissueState& state = tissue_->state();
     const std::uint32_t first = vertices.first_edge[at(vertex)];
@@ -376,9 +376,9 @@ double RegionTissue::take_path() {
 
 void RegionTissue::start() {
     // Restricts mass, drag and edges of the active nodes. Positions and forces are recomputed below.
-    for (RegionLevel& level : levels_) level.offset.setZero();
+    for (NodeLevel& level : levels_) level.offset.setZero();
     for (std::size_t level = 0; level + 1 < levels_.size(); ++level) {
-        RegionLevel& here = levels_[level];
+        NodeLevel& here = levels_[level];
         for (const Index node : here.active_nodes) {
             here.active[at(node)] = 0;
             for (std::size_t n = 0; n < 3; ++n) {
@@ -397,7 +397,7 @@ void RegionTissue::start() {
     }
     // Vertices take displacement and velocity from the levels above at their next update.
     for (std::size_t level = 1; level < levels_.size(); ++level) {
-        RegionLevel& here = levels_[level];
+        NodeLevel& here = levels_[level];
         here.displacement.setZero();
         here.velocity.setZero();
         here.force.setZero();

@@ -11,70 +11,10 @@
 
 #include "tissue/body_boxes.hpp"
 #include "tissue/moving_tissue.hpp"
+#include "tissue/node_level.hpp"
 #include "tissue/written_vertices.hpp"
 
 namespace trocar {
-
-/// A symmetric 3×3 matrix: xx, xy, xz, yy, yz, zz.
-using SymmetricBlock = std::array<double, 6>;
-
-inline Matrix3 full(const SymmetricBlock& block) {
-    Matrix3 result;
-    result << block[0], block[1], block[2], block[1], block[3], block[4], block[2], block[4], block[5];
-    return result;
-}
-
-/// along u uᵀ + across (1 - u uᵀ).
-inline SymmetricBlock block_of(const Vector3& u, double along, double across) {
-    const double d = along - across;
-    return {d * u.x() * u.x() + across, d * u.x() * u.y(), d * u.x() * u.z(),
-            d * u.y() * u.y() + across, d * u.y() * u.z(), d * u.z() * u.z() + across};
-}
-
-inline void add(const SymmetricBlock& more, SymmetricBlock& to) {
-    for (std::size_t n = 0; n < 6; ++n) to[n] += more[n];
-}
-
-inline void add_scaled(double factor, const SymmetricBlock& more, SymmetricBlock& to) {
-    for (std::size_t n = 0; n < 6; ++n) to[n] += factor * more[n];
-}
-
-struct RegionLevel {
-    // Edges, with the blocks of the interpolated part below. At level 0: springs, blocks not stored.
-    std::vector<Index> i, j;
-    std::vector<SymmetricBlock> stiffness;  ///< N/m
-    std::vector<SymmetricBlock> damping;    ///< N s/m
-    std::vector<std::uint32_t> first_edge;  ///< per node + 1, into `edge_at`
-    std::vector<std::uint32_t> edge_at;
-    // Interpolation from the next level; empty at the last one.
-    std::vector<std::array<Index, 3>> parent;
-    std::vector<std::array<double, 3>> weight;  ///< 0 for unused entries
-    // Per node.
-    std::vector<Vector3> rest;         ///< m
-    std::vector<double> spacing;       ///< m, to neighbouring nodes
-    std::vector<double> mass;          ///< kg, of the interpolated part below; level 0: of the vertex
-    std::vector<double> drag;          ///< kg/s, likewise
-    std::vector<double> whole_mass;    ///< kg, with everything below interpolated
-    std::vector<std::uint8_t> fixed;   ///< never moves
-    std::vector<std::uint8_t> active;  ///< is integrated; at the last level all are
-    std::vector<Index> active_nodes;   ///< active nodes that are not fixed
-    std::vector<Index> active_at;      ///< per node: index in active_nodes
-    std::vector<Index> piece;          ///< connected piece without a fixed vertex; -1: none
-    std::vector<std::int64_t> stamp;   ///< moment of the last update of an interpolated node
-    Matrix4X displacement;             ///< m, since the start
-    Matrix4X offset;    ///< m, of interpolated nodes: displacement minus its interpolation; unused at level 0
-    Matrix4X velocity;  ///< m/s; level 0: in the state
-    Matrix4X force;     ///< N, of the interpolated part below at displacement 0, and of an interpolated node's edges by
-                        ///< their offsets; level 0: rest bias
-
-    [[nodiscard]] std::size_t size() const { return mass.size(); }
-    [[nodiscard]] Index other_end(std::uint32_t edge, Index node) const { return i[edge] == node ? j[edge] : i[edge]; }
-    /// True if any interpolated part remains at the node; otherwise its mass is only rounding.
-    [[nodiscard]] bool has_a_say(Index node) const {
-        constexpr double rounding = 1e-12;
-        return mass[at(node)] > rounding * whole_mass[at(node)];
-    }
-};
 
 /// Nodes of the next level that an edge acts on. The factor is the weight in the edge's first end minus that in the
 /// second. Each pair of these nodes has an edge there.
@@ -83,7 +23,7 @@ struct EdgeShares {
     std::array<double, 6> factor{};
     std::size_t count = 0;
 
-    EdgeShares(const RegionLevel& level, std::uint32_t edge) {
+    EdgeShares(const NodeLevel& level, std::uint32_t edge) {
         for (std::size_t n = 0; n < 3; ++n) add(level.parent[at(level.i[edge])][n], level.weight[at(level.i[edge])][n]);
         for (std::size_t n = 0; n < 3; ++n)
             add(level.parent[at(level.j[edge])][n], -level.weight[at(level.j[edge])][n]);
@@ -142,19 +82,17 @@ public:
     /// Restricts changed forces of interpolated springs, once for all, because neighbours act on the same few nodes.
     void report_pulls();
 
-    [[nodiscard]] std::vector<RegionLevel>& levels() { return levels_; }
-    [[nodiscard]] const std::vector<RegionLevel>& levels() const { return levels_; }
-    [[nodiscard]] Index pieces() const { return pieces_; }
+    [[nodiscard]] std::vector<NodeLevel>& levels() { return levels_; }
+    [[nodiscard]] const std::vector<NodeLevel>& levels() const { return levels_; }
     /// True if nodes became active or interpolated since the last call.
     bool take_changed();
 
 private:
     void build_vertices(const Matrix3X& rest);
-    void mark_pieces();
     void build_next();
-    std::vector<Index> choose(const RegionLevel& fine) const;
-    void find_parents(RegionLevel& fine, const RegionLevel& coarse, const std::vector<Index>& chosen) const;
-    void project(const RegionLevel& fine, RegionLevel& coarse) const;
+    std::vector<Index> choose(const NodeLevel& fine) const;
+    void find_parents(NodeLevel& fine, const NodeLevel& coarse, const std::vector<Index>& chosen) const;
+    void project(const NodeLevel& fine, NodeLevel& coarse) const;
 
     /// Motion of a node as interpolated from the next level.
     struct Carried {
@@ -197,14 +135,13 @@ private:
     BodyBoxes* boxes_;
     std::vector<Index> body_of_;        ///< per vertex
     std::vector<double> longest_edge_;  ///< m, at rest, per vertex
-    std::vector<RegionLevel> levels_;
+    std::vector<NodeLevel> levels_;
     Matrix4X anchor_;                      ///< m, per vertex: position minus interpolated displacement
     Matrix4X pulled_by_;                   ///< N, per node of level 1: force not yet restricted
     std::vector<Index> pulled_;            ///< nodes of level 1 with such a force
     std::vector<std::uint8_t> is_pulled_;  ///< per node of level 1
     std::vector<NearSpring> springs_;
     std::int64_t moment_ = 0;
-    Index pieces_ = 0;
     std::size_t put_ = 0;
     double furthest_ = 0.0;       ///< m, in this moment
     double path_ = 0.0;           ///< m, in earlier moments

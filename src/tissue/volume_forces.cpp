@@ -121,17 +121,4 @@ void VolumeForces::linearise(const Points& position) {
     }
 }
 
-void VolumeForces::add_product(const Points& displacement, PointsOut force) const {
-    for (const LinearEnclosure& enclosure : linear_) {
-        double change = 0.0;
-        for (std::size_t i = 0; i < enclosure.vertex.size(); ++i) {
-            change += enclosure.gradient.col(static_cast<Eigen::Index>(i)).dot(displacement.col(enclosure.vertex[i]));
-        }
-        change *= enclosure.stiffness;
-        for (std::size_t i = 0; i < enclosure.vertex.size(); ++i) {
-            force.col(enclosure.vertex[i]) += change * enclosure.gradient.col(static_cast<Eigen::Index>(i));
-        }
-    }
-}
-
 }  // namespace trocar

@@ -54,8 +54,6 @@ public:
     /// Linearises at `position` (3×N, m). Does not allocate.
     void linearise(const Points& position);
     [[nodiscard]] std::span<const LinearEnclosure> linear() const { return linear_; }
-    /// Adds the linearised stiffness applied to a displacement (3×N, m; 0 for fixed vertices), N.
-    void add_product(const Points& displacement, PointsOut force) const;
 
 private:
     std::vector<Enclosure> enclosures_;

@@ -241,6 +241,9 @@ TEST_P(StepperMotion, WhatCannotGoOnHasANameAndLeavesTheFrameAlone) {
         Frame broken = p.s.frame;
         broken.velocity(1, 0) = number;
         EXPECT_EQ(test::refused_tick(*p.stepper, p.s, p.output, broken), OutcomeKind::not_finite) << number;
+        p.output.held_force(1, 0) = number;
+        EXPECT_EQ(test::refused_tick(*p.stepper, p.s, p.output, p.s.frame), OutcomeKind::not_finite) << number;
+        p.output.clear();
     }
     Frame to = p.s.frame;
     EXPECT_TRUE(p.stepper->advance(p.output, 1e-3, p.s.frame, to, p.reaction).ok()) << "it goes on with the next frame";

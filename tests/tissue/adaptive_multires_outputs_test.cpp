@@ -212,7 +212,7 @@ TEST(AdaptiveMultiresOutputs, LevelsOfTissueThatIsFoldedOntoItselfHaveSharesThat
     BodyBoxes boxes(s.topology);
     const RegionTissue region(tissue, written, boxes, s.topology, s.frame.position, 20);
     ASSERT_GE(region.levels().size(), 3U);
-    for (const RegionLevel& level : region.levels()) {
+    for (const NodeLevel& level : region.levels()) {
         double sum = 0.0;
         for (const double one : level.mass) sum += one;
         EXPECT_NEAR(sum, mass * static_cast<double>(points.size()), 1e-12);

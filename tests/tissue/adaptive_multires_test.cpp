@@ -401,7 +401,7 @@ TEST(AdaptiveMultires, LevelsEndWithTheFirstThatHasFewEnoughNodes) {
     BodyBoxes boxes(disc().topology);
     for (const std::size_t fewest : {std::size_t{300}, std::size_t{30}}) {
         const RegionTissue region(tissue, written, boxes, disc().topology, disc().frame.position, fewest);
-        const std::vector<RegionLevel>& levels = region.levels();
+        const std::vector<NodeLevel>& levels = region.levels();
         ASSERT_GE(levels.size(), 2U);
         EXPECT_LE(levels.back().size(), fewest);
         EXPECT_GT(levels[levels.size() - 2].size(), fewest);
@@ -563,8 +563,8 @@ TEST(AdaptiveMultires, VerticesThatSleepMoveAsALinearFieldOfTheNextLevelDoes) {
     WrittenVertices written(tissue.state());
     BodyBoxes boxes(disc().topology);
     const RegionTissue region(tissue, written, boxes, disc().topology, disc().frame.position, 300);
-    const RegionLevel& vertices = region.levels()[0];
-    const RegionLevel& nodes = region.levels()[1];
+    const NodeLevel& vertices = region.levels()[0];
+    const NodeLevel& nodes = region.levels()[1];
     int met = 0;
     for (std::size_t v = 0; v < vertices.size(); ++v) {
         double sum = 0.0;
@@ -602,11 +602,11 @@ TEST(AdaptiveMultires, WhatStartsInterpolatedIsPulledByTheForcesOfItsVerticesByT
     internal_force(s.materials, s.frame.position, s.frame.velocity, force);
     std::vector<Vector3> fine;
     for (const Index v : tissue.state().vertex) fine.emplace_back(force.col(v));
-    const std::vector<RegionLevel>& levels = region.levels();
+    const std::vector<NodeLevel>& levels = region.levels();
     ASSERT_GE(levels.size(), 3U);
     for (std::size_t level = 1; level < levels.size(); ++level) {
-        const RegionLevel& below = levels[level - 1];
-        const RegionLevel& here = levels[level];
+        const NodeLevel& below = levels[level - 1];
+        const NodeLevel& here = levels[level];
         std::vector<Vector3> coarse(here.size(), Vector3::Zero());
         for (std::size_t node = 0; node < below.size(); ++node) {
             for (std::size_t n = 0; n < 3; ++n) {
@@ -796,7 +796,7 @@ TEST(AdaptiveMultires, EveryLevelIsAsStiffAndAsDampedAsIsInterpolatedBelowIt) {
     BodyBoxes boxes(s.topology);
     RegionTissue region(tissue, written, boxes, s.topology, s.frame.position, 30);
     region.start();
-    const std::vector<RegionLevel>& levels = region.levels();
+    const std::vector<NodeLevel>& levels = region.levels();
     ASSERT_GE(levels.size(), 3U);
     using Blocks = std::array<Matrix3, 2>;  // N/m and N s/m
     const auto blocks_of = [&](std::size_t level, std::size_t e) {
@@ -818,8 +818,8 @@ TEST(AdaptiveMultires, EveryLevelIsAsStiffAndAsDampedAsIsInterpolatedBelowIt) {
     };
     const auto compare = [&](const char* when) {
         for (std::size_t level = 1; level < levels.size(); ++level) {
-            const RegionLevel& below = levels[level - 1];
-            const RegionLevel& here = levels[level];
+            const NodeLevel& below = levels[level - 1];
+            const NodeLevel& here = levels[level];
             std::vector<Vector3> field;
             for (std::size_t n = 0; n < here.size(); ++n) field.push_back(test::random_vector(number, random));
             const auto moved = [&](Index node) {

@@ -55,7 +55,7 @@ struct Sleeping {
         return region;
     }
     Sleeping() { far.start(); }
-    RegionLevel& nodes() { return region.levels().back(); }
+    NodeLevel& nodes() { return region.levels().back(); }
     void sink(Index node, double by) { nodes().displacement(2, node) -= by; }
     /// m, per vertex: how far it is from where it would be if nothing were late.
     [[nodiscard]] std::vector<double> late() const {
@@ -134,7 +134,7 @@ TEST(FarField, ANodeThatWakesGoesOnWithWhatTheOneAboveItOwed) {
     t.region.next_moment();
     t.far.follow(8, 0);
     Index middle = 0;
-    const RegionLevel& level = t.region.levels()[below];
+    const NodeLevel& level = t.region.levels()[below];
     for (Index node = 0; at(node) < level.size(); ++node) {
         if (level.rest[at(node)].norm() < level.rest[at(middle)].norm()) middle = node;
     }
@@ -152,7 +152,7 @@ TEST(FarField, WhatLiesBesideAnotherBodyIsNeverLate) {
     for (std::size_t level = t.region.levels().size() - 1; level-- > 1;) {
         for (Index node = 0; at(node) < t.region.levels()[level].size(); ++node) t.region.activate(level, node);
     }
-    RegionLevel& first = t.region.levels()[1];
+    NodeLevel& first = t.region.levels()[1];
     for (int tick = 0; tick < 7; ++tick) {
         for (const Index node : first.active_nodes) first.displacement(2, node) -= 1e-4;
         t.region.next_moment();

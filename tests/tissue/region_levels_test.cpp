@@ -30,7 +30,7 @@ protected:
     }
     /// Passes a force on a node on to what it moves with.
     void pass_on(std::size_t level, Index node, const Vector3& force, std::vector<Matrix3X>& to) {
-        const RegionLevel& here = region.levels()[level];
+        const NodeLevel& here = region.levels()[level];
         if (here.fixed[at(node)] != 0) return;
         if (here.active[at(node)] != 0) {
             to[level].col(node) += force;
@@ -43,7 +43,7 @@ protected:
     }
     [[nodiscard]] std::vector<Matrix3X> nothing() {
         std::vector<Matrix3X> forces;
-        for (const RegionLevel& level : region.levels()) {
+        for (const NodeLevel& level : region.levels()) {
             forces.emplace_back(Matrix3X::Zero(3, static_cast<Eigen::Index>(level.size())));
         }
         return forces;
@@ -64,10 +64,10 @@ protected:
     /// N, by the levels' own edges that end at something active, and by what they have of the interpolated part.
     std::vector<Matrix3X> found() {
         std::vector<Matrix3X> forces = nothing();
-        std::vector<RegionLevel>& levels = region.levels();
+        std::vector<NodeLevel>& levels = region.levels();
         region.next_moment();
         for (std::size_t level = 1; level < levels.size(); ++level) {
-            RegionLevel& here = levels[level];
+            NodeLevel& here = levels[level];
             for (Index node = 0; at(node) < here.size(); ++node) region.refresh(level, node);
             for (const Index node : here.active_nodes) forces[level].col(node) += here.force.col(node).head<3>();
             for (std::size_t e = 0; e < here.i.size(); ++e) {
@@ -82,7 +82,7 @@ protected:
     }
     void move_active() {
         for (std::size_t level = 1; level < region.levels().size(); ++level) {
-            RegionLevel& here = region.levels()[level];
+            NodeLevel& here = region.levels()[level];
             for (const Index node : here.active_nodes) {
                 here.displacement.col(node).head<3>() += 1e-3 * test::random_vector(number, random);
             }
@@ -147,7 +147,7 @@ TEST_F(RegionLevels, NodesThatAreActiveArePulledByThePlacesOfAllVerticesWhicheve
 TEST_F(RegionLevels, NodesThatNothingMovesWithBecomeInterpolatedWithoutAPush) {
     ASSERT_GE(region.levels().size(), 3U);
     for (Index node = 0; at(node) < region.levels()[0].size(); ++node) region.activate(0, node);
-    RegionLevel& first = region.levels()[1];
+    NodeLevel& first = region.levels()[1];
     for (Index node = 0; at(node) < first.size(); ++node) region.activate(1, node);
     const std::vector<Index> active = first.active_nodes;
     for (const Index node : active) first.velocity.col(node).head<3>() = test::random_vector(number, random);

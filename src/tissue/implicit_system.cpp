@@ -1,4 +1,4 @@
-#include "tissue/region_system.hpp"
+#include "tissue/implicit_system.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 namespace trocar {
 namespace {
 
-void take(const SymmetricBlock& block, RegionEdge& edge) {
+void take(const SymmetricBlock& block, SystemEdge& edge) {
     const auto xx = static_cast<float>(block[0]);
     const auto xy = static_cast<float>(block[1]);
     const auto xz = static_cast<float>(block[2]);
@@ -23,16 +23,16 @@ void add_inertia(double inertia, SymmetricBlock& to) {
 
 }  // namespace
 
-RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
-    : tissue_(&tissue), region_(&region), kernels_(&region_kernels().front()) {
+ImplicitSystem::ImplicitSystem(MovingTissue& tissue, std::vector<NodeLevel>& levels)
+    : tissue_(&tissue), levels_(&levels), kernels_(&system_kernels().front()) {
     std::size_t nodes = 1;
     std::size_t coarse_edges = 0;
-    for (const RegionLevel& level : region.levels()) {
+    for (const NodeLevel& level : levels) {
         number_.emplace_back(level.size(), -1);
         nodes += level.size();
         coarse_edges += level.stiffness.size();
     }
-    const std::size_t springs = region.levels().front().i.size();
+    const std::size_t springs = levels.front().i.size();
     nodes_.reserve(nodes);
     ghosts_.reserve(nodes);
     edges_.reserve(springs + coarse_edges);
@@ -49,8 +49,9 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
                              &image_, &place_, &speed_, &start_change_, &start_residual_}) {
         vector->setZero(4, eigen_index(nodes));
     }
-    left_.setZero(3, region.pieces());
-    piece_inertia_.assign(at(region.pieces()), 0.0);
+    const Index pieces = levels.front().pieces();
+    left_.setZero(3, pieces);
+    piece_inertia_.assign(at(pieces), 0.0);
     constexpr std::size_t usual_contacts = 512;
     rows_.reserve(usual_contacts);
     moved_.reserve(usual_contacts);
@@ -58,12 +59,12 @@ RegionSystem::RegionSystem(MovingTissue& tissue, RegionTissue& region)
     coupled_.reserve(usual_contacts);
     coupling_.setZero(eigen_index(most_coupled), eigen_index(most_coupled));
     coupled_push_.setZero(eigen_index(most_coupled));
-    start_.reserve(region.levels().front().size());
-    near_block_.reserve(region.levels().front().size());
-    loose_inverse_.reserve(region.levels().front().size());
+    start_.reserve(levels.front().size());
+    near_block_.reserve(levels.front().size());
+    loose_inverse_.reserve(levels.front().size());
 }
 
-Index RegionSystem::number_of(std::size_t level, Index node) {
+Index ImplicitSystem::number_of(std::size_t level, Index node) {
     Index& known = number_[level][at(node)];
     if (known < 0) {
         known = static_cast<Index>(nodes_.size());
@@ -73,8 +74,8 @@ Index RegionSystem::number_of(std::size_t level, Index node) {
 }
 
 /// Lists the active nodes, their ghosts, and the edges with an active end.
-void RegionSystem::list(double h) {
-    std::vector<RegionLevel>& levels = region_->levels();
+void ImplicitSystem::list(double h) {
+    const std::vector<NodeLevel>& levels = *levels_;
     for (const Node& entry : nodes_) number_[entry.level][at(entry.node)] = -1;
     nodes_.clear();
     ghosts_.clear();
@@ -90,7 +91,7 @@ void RegionSystem::list(double h) {
     active_ = nodes_.size();
     std::size_t first = active_;
     for (std::size_t level = 0; level < levels.size(); ++level) {
-        const RegionLevel& here = levels[level];
+        const NodeLevel& here = levels[level];
         for (std::size_t n = 0; n < active_; ++n) {
             if (nodes_[n].level != level) continue;
             const Index node = nodes_[n].node;
@@ -125,14 +126,14 @@ void RegionSystem::list(double h) {
         }
     }
     for (std::size_t n = 0; n < active_; ++n) {
-        const RegionLevel& here = levels[nodes_[n].level];
+        const NodeLevel& here = levels[nodes_[n].level];
         const Index node = nodes_[n].node;
         inertia_.push_back(here.mass[at(node)] + h * here.drag[at(node)]);
     }
     std::fill_n(far_block_.begin(), still + 1, SymmetricBlock{});
     for (std::size_t n = 0; n < active_; ++n) {
         const std::size_t level = nodes_[n].level;
-        const RegionLevel& here = levels[level];
+        const NodeLevel& here = levels[level];
         const Index node = nodes_[n].node;
         for (std::uint32_t e = here.first_edge[at(node)]; e < here.first_edge[at(node) + 1]; ++e) {
             const std::uint32_t edge = here.edge_at[e];
@@ -140,7 +141,7 @@ void RegionSystem::list(double h) {
             const bool no_part = here.fixed[at(other)] != 0 || number_[level][at(other)] < 0;
             const std::size_t to = no_part ? still : at(number_[level][at(other)]);
             if (to < n) continue;  // listed with the other end
-            RegionEdge& entry = edges_.emplace_back();
+            SystemEdge& entry = edges_.emplace_back();
             entry.own = static_cast<Index>(n);
             entry.other = static_cast<Index>(to);
             if (level == 0) {
@@ -158,7 +159,7 @@ void RegionSystem::list(double h) {
                 add_scaled(h, here.stiffness[edge], stiffness);
                 add_scaled(h, here.damping[edge], block);
                 add_scaled(h, stiffness, block);
-                RegionEdge& stiff = stiff_edges_.emplace_back();
+                SystemEdge& stiff = stiff_edges_.emplace_back();
                 stiff.own = entry.own;
                 stiff.other = entry.other;
                 take(stiffness, stiff);
@@ -178,7 +179,7 @@ void RegionSystem::list(double h) {
 }
 
 /// Separates the blocks with springs, direct or through ghosts, from the others, which stay constant.
-void RegionSystem::sort_blocks() {
+void ImplicitSystem::sort_blocks() {
     is_pulled_.assign(nodes_.size() + 1, 0);
     for (std::size_t n = 0; n < nodes_.size(); ++n) is_pulled_[n] = nodes_[n].level == 0 ? 1 : 0;
     pulled_ghosts_.clear();
@@ -206,18 +207,17 @@ void RegionSystem::sort_blocks() {
     }
 }
 
-void RegionSystem::prepare(double h) {
-    if (region_->take_changed() || listed_for_ != h) list(h);
-    std::vector<RegionLevel>& levels = region_->levels();
+void ImplicitSystem::linearise() {
+    const double h = listed_for_;
+    const std::vector<NodeLevel>& levels = *levels_;
     TissueState& state = tissue_->state();
-    for (std::size_t n = active_; n < nodes_.size(); ++n) region_->refresh(nodes_[n].level, nodes_[n].node);
     Matrix4X& right = whole_right_side_;
     const auto columns = eigen_index(nodes_.size() + 1);
     right.leftCols(columns).setZero();
     image_.leftCols(columns).setZero();
     for (std::size_t n = 0; n < nodes_.size(); ++n) {
         const auto number = eigen_index(n);
-        const RegionLevel& here = levels[nodes_[n].level];
+        const NodeLevel& here = levels[nodes_[n].level];
         const Index node = nodes_[n].node;
         if (nodes_[n].level == 0) {
             if (n >= active_) continue;
@@ -235,7 +235,7 @@ void RegionSystem::prepare(double h) {
     for (const Ghost& ghost : pulled_ghosts_) block_[ghost.number] = far_block_[ghost.number];
     block_[nodes_.size()] = {};
     for (std::size_t s = 0; s < springs_.size(); ++s) {
-        const RegionSpring& spring = springs_[s];
+        const SystemSpring& spring = springs_[s];
         const Index i = spring.i;
         const Index j = spring.j;
         const Vector3 path = (state.position.col(j) - state.position.col(i)).head<3>();
@@ -254,7 +254,7 @@ void RegionSystem::prepare(double h) {
         const Vector3 push =
             (h * (tension + spring.damping * closing) + (h * h * spring.k - beta) * opening.dot(u)) * u +
             beta * opening;
-        RegionEdge& edge = edges_[s];
+        SystemEdge& edge = edges_[s];
         right.col(edge.own).head<3>() += spring.sense * push;
         right.col(edge.other).head<3>() -= spring.sense * push;
         const SymmetricBlock block = block_of(u, alpha + beta, beta);
@@ -263,6 +263,7 @@ void RegionSystem::prepare(double h) {
         add(block, block_[at(edge.other)]);
     }
     restrict_to_coarse(right);
+    take_enclosures(right);
     for (const Ghost& ghost : pulled_ghosts_) {
         for (std::size_t p = 0; p < 3; ++p) {
             add_scaled(ghost.weight[p] * ghost.weight[p], block_[ghost.number], block_[ghost.parent[p]]);
@@ -280,7 +281,40 @@ void RegionSystem::prepare(double h) {
     change_.leftCols(eigen_index(nodes_.size() + 1)).setZero();
 }
 
-void RegionSystem::invert(std::size_t node, const Matrix3& block) {
+/// Linearises the enclosures and subtracts h² K v from a right side. Their forces are in the state's constant forces.
+void ImplicitSystem::take_enclosures(Matrix4X& right) {
+    VolumeForces& volumes = tissue_->volumes();
+    if (volumes.none()) return;
+    const TissueState& state = tissue_->state();
+    volumes.linearise(state.position.topRows<3>());
+    const auto columns = eigen_index(nodes_.size() + 1);
+    image_.leftCols(columns).setZero();
+    for (std::size_t n = 0; n < vertices_.nodes; ++n) {
+        const Index vertex = nodes_[n].node;
+        speed_.col(eigen_index(n)).setZero();
+        if (state.moves(vertex)) speed_.col(eigen_index(n)) = state.velocity.col(vertex);
+    }
+    add_enclosures(speed_, image_);
+    right.leftCols(columns) -= image_.leftCols(columns);
+}
+
+/// product += h² K vector for the enclosures, of rank one each.
+void ImplicitSystem::add_enclosures(const Matrix4X& vector, Matrix4X& product) const {
+    for (const VolumeForces::LinearEnclosure& enclosure : tissue_->volumes().linear()) {
+        const auto each_vertex = [&](const auto& act) {
+            for (std::size_t n = 0; n < enclosure.vertex.size(); ++n) {
+                const Index number = number_[0][at(enclosure.vertex[n])];
+                if (number >= 0) act(number, enclosure.gradient.col(eigen_index(n)));
+            }
+        };
+        double flow = 0.0;
+        each_vertex([&](Index n, const auto& gradient) { flow += gradient.dot(vector.col(n).template head<3>()); });
+        const double pressure = listed_for_ * listed_for_ * enclosure.stiffness * flow;
+        each_vertex([&](Index n, const auto& gradient) { product.col(n).template head<3>() += pressure * gradient; });
+    }
+}
+
+void ImplicitSystem::invert(std::size_t node, const Matrix3& block) {
     const Matrix3 inverse = block.inverse();
     double* const to = inverse_.data() + 12 * node;
     for (Eigen::Index c = 0; c < 3; ++c) {
@@ -289,7 +323,7 @@ void RegionSystem::invert(std::size_t node, const Matrix3& block) {
 }
 
 /// Interpolates ghosts from their parents.
-void RegionSystem::prolongate(Matrix4X& vector) const {
+void ImplicitSystem::prolongate(Matrix4X& vector) const {
     for (std::size_t n = ghosts_.size(); n-- > 0;) {
         const Ghost& ghost = ghosts_[n];
         vector.col(eigen_index(ghost.number)) = ghost.weight[0] * vector.col(eigen_index(ghost.parent[0])) +
@@ -299,7 +333,7 @@ void RegionSystem::prolongate(Matrix4X& vector) const {
 }
 
 /// Restricts ghosts to their parents, the transpose of prolongate.
-void RegionSystem::restrict_to_coarse(Matrix4X& vector) const {
+void ImplicitSystem::restrict_to_coarse(Matrix4X& vector) const {
     for (const Ghost& ghost : ghosts_) {
         for (std::size_t p = 0; p < 3; ++p) {
             vector.col(eigen_index(ghost.parent[p])) += ghost.weight[p] * vector.col(eigen_index(ghost.number));
@@ -308,12 +342,13 @@ void RegionSystem::restrict_to_coarse(Matrix4X& vector) const {
 }
 
 /// image_ = A direction_ for a part, without pressing contacts. On entry image_ holds the product with the inertia.
-void RegionSystem::multiply(const Part& part, const TickContacts& contacts) {
+void ImplicitSystem::multiply(const Part& part, const TickContacts& contacts) {
     const bool with_ghosts = part.nodes == active_;  // ghosts move with coarser nodes
     if (with_ghosts) prolongate(direction_);
     for (std::size_t n = active_; n <= nodes_.size(); ++n) image_.col(eigen_index(n)).setZero();
     kernels_->multiply(std::span(edges_).first(part.edges), direction_.data(), image_.data());
     if (with_ghosts) restrict_to_coarse(image_);
+    add_enclosures(direction_, image_);
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const Row& row = rows_[c];
         if (!row.has_friction) continue;

@@ -1,15 +1,16 @@
-// Solution of a step of RegionSystem. Conjugate gradients and line searches minimise the convex function of the step,
+// Solution of a step of ImplicitSystem. Conjugate gradients and line searches minimise the convex function of the step,
 // which contains the normal contact forces. Friction is an outer iteration.
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
-#include "tissue/region_system.hpp"
+#include "tissue/implicit_system.hpp"
 
 namespace trocar {
 
-void RegionSystem::solve(double h, bool known, double tolerance, int iterations, TickContacts& contacts) {
+void ImplicitSystem::solve(bool known, int steps, const Accuracy& accuracy, TickContacts& contacts) {
+    const double h = listed_for_;
     const std::span<TickContact> all = contacts.all();
     TissueState& state = tissue_->state();
     start_.clear();
@@ -19,6 +20,7 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     residual_.leftCols(eigen_index(active_)) = whole_right_side_.leftCols(eigen_index(active_));
     acts_ = kernels_->improve(active_, 0.0, direction_.data(), image_.data(), inverse_.data(), change_.data(),
                               residual_.data(), preconditioned_.data());
+    is_finite_ = std::isfinite(acts_);
     contacts.gather_anchor();
     for (std::size_t c = 0; c < all.size(); ++c) {
         all[c].rubbed.setZero();
@@ -41,8 +43,9 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
         take_rows(h, contacts);
         // The pressing contacts are found first among the vertices, where an iteration costs a third. Coarser nodes
         // hardly affect them, but must not have changed yet, because that search ignores them.
-        if (round == 0 && vertices_.nodes > 0) find_change(h, vertices_, tolerance, iterations, contacts);
-        find_change(h, everything_, tolerance, iterations, contacts);
+        const bool has_coarser = vertices_.nodes < everything_.nodes;
+        if (round == 0 && vertices_.nodes > 0 && has_coarser) find_change(h, vertices_, accuracy, contacts);
+        find_change(h, everything_, accuracy, contacts);
         show_velocities();
         double largest = 0.0;
         for (const TickContact& contact : all) largest = std::max(largest, std::abs(contact.force));
@@ -53,7 +56,7 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
     show_velocities();
     if (contacts.any_has_friction()) stretch_slips(h, contacts);
     if (contacts.has_solver()) {
-        contacts.solve_impulses(h, 1, state);
+        contacts.solve_impulses(h, steps, state);
         for (const Index local : contacts.touched()) {
             change_.col(number_[0][at(local)]).head<3>() =
                 state.velocity.col(local).head<3>() - start_[at(contacts.spot(local))];
@@ -65,7 +68,7 @@ void RegionSystem::solve(double h, bool known, double tolerance, int iterations,
 /// Initial guess of the velocity change. At slightly wrong velocities stiff contacts exert forces hundreds of times too
 /// large, so the last velocities are unsuitable. The guess is one preconditioner step towards the rates at which the
 /// contacts exert their last forces. It determines which contacts press.
-void RegionSystem::begin_as_before(double h, TickContacts& contacts) {
+void ImplicitSystem::begin_as_before(double h, TickContacts& contacts) {
     const std::span<const TickContact> all = contacts.all();
     const auto count = eigen_index(vertices_.nodes);
     residual_.leftCols(count).setZero();
@@ -89,13 +92,13 @@ void RegionSystem::begin_as_before(double h, TickContacts& contacts) {
     has_changed_ = true;
 }
 
-const RegionSystem::Pressed* RegionSystem::pressed_before(std::uint64_t id) const {
+const ImplicitSystem::Pressed* ImplicitSystem::pressed_before(std::uint64_t id) const {
     const auto place = std::lower_bound(pressed_.begin(), pressed_.end(), id,
                                         [](const Pressed& entry, std::uint64_t other) { return entry.id < other; });
     return place != pressed_.end() && place->id == id ? &*place : nullptr;
 }
 
-void RegionSystem::remember_forces(const TickContacts& contacts) {
+void ImplicitSystem::remember_forces(const TickContacts& contacts) {
     pressed_.clear();
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const std::uint64_t id = contacts.given(contacts.all()[c]).source_id;
@@ -107,7 +110,7 @@ void RegionSystem::remember_forces(const TickContacts& contacts) {
 
 /// Sets the force of each contact as a bounded function of its rate after the step. The force falls with the rate, so
 /// that the step is the unique minimum of a convex function.
-void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
+void ImplicitSystem::take_laws(double h, bool known, TickContacts& contacts) {
     const TissueState& state = tissue_->state();
     rows_.assign(contacts.all().size(), {});
     std::size_t spanning = 0;
@@ -135,12 +138,12 @@ void RegionSystem::take_laws(double h, bool known, TickContacts& contacts) {
 }
 
 /// N s/m, force of the critically damped tangential spring per speed along the surface after the step.
-double RegionSystem::tangent_slope(double h, const TickContact& contact, const TickContacts& contacts) {
+double ImplicitSystem::tangent_slope(double h, const TickContact& contact, const TickContacts& contacts) {
     return contacts.tangent_damping(contact) + h * contacts.given(contact).tangent_k;
 }
 
 /// Makes a contact stick: its tangential spring acts along the surface.
-void RegionSystem::stick(double h, std::size_t c, TickContacts& contacts) {
+void ImplicitSystem::stick(double h, std::size_t c, TickContacts& contacts) {
     const TickContact& contact = contacts.all()[c];
     const ContactForceLaw& source = contacts.given(contact);
     Row& row = rows_[c];
@@ -152,7 +155,7 @@ void RegionSystem::stick(double h, std::size_t c, TickContacts& contacts) {
 
 /// Makes a contact slide with the force `most` (N) against `pull` (N), the force of its spring. The direction turns
 /// with the velocity, as in the derivative of Coulomb's law.
-void RegionSystem::slide(double h, std::size_t c, double most, const Vector3& pull, TickContacts& contacts) {
+void ImplicitSystem::slide(double h, std::size_t c, double most, const Vector3& pull, TickContacts& contacts) {
     stick(h, c, contacts);
     Row& row = rows_[c];
     const double wanted = pull.norm();
@@ -162,7 +165,7 @@ void RegionSystem::slide(double h, std::size_t c, double most, const Vector3& pu
 }
 
 /// Right side with the tangential forces of contacts.
-void RegionSystem::take_rows(double h, const TickContacts& contacts) {
+void ImplicitSystem::take_rows(double h, const TickContacts& contacts) {
     right_side_.leftCols(eigen_index(active_)) = whole_right_side_.leftCols(eigen_index(active_));
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         const TickContact& contact = contacts.all()[c];
@@ -178,7 +181,7 @@ void RegionSystem::take_rows(double h, const TickContacts& contacts) {
 }
 
 /// Computes the preconditioner for the contacts that give way now.
-void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
+void ImplicitSystem::take_blocks(double h, const TickContacts& contacts) {
     near_block_.clear();
     loose_inverse_.clear();
     for (const Index local : contacts.touched()) {
@@ -214,7 +217,7 @@ void RegionSystem::take_blocks(double h, const TickContacts& contacts) {
 }
 
 /// Updates the preconditioner after one contact started or stopped giving way. Call `couple` after the last.
-void RegionSystem::change_block(double h, std::size_t c, const TickContacts& contacts) {
+void ImplicitSystem::change_block(double h, std::size_t c, const TickContacts& contacts) {
     const TickContact& contact = contacts.all()[c];
     Row& row = rows_[c];
     const double before = row.press;
@@ -229,7 +232,7 @@ void RegionSystem::change_block(double h, std::size_t c, const TickContacts& con
 }
 
 /// Prepares the preconditioner (B + Jᵀ D J)⁻¹ by Woodbury's formula, with the blocks B and the coupled contacts J.
-void RegionSystem::couple(const TickContacts& contacts) {
+void ImplicitSystem::couple(const TickContacts& contacts) {
     coupled_.clear();
     for (std::size_t c = 0; c < rows_.size(); ++c) {
         if (rows_[c].couples && rows_[c].press > 0.0) coupled_.push_back(c);
@@ -257,7 +260,7 @@ void RegionSystem::couple(const TickContacts& contacts) {
 }
 
 /// Steps along the direction by `by`, then preconditions the residual. Returns residual · preconditioned.
-double RegionSystem::precondition(double by, const Part& part, const TickContacts& contacts) {
+double ImplicitSystem::precondition(double by, const Part& part, const TickContacts& contacts) {
     const double product = kernels_->improve(part.nodes, by, direction_.data(), image_.data(), inverse_.data(),
                                              change_.data(), residual_.data(), preconditioned_.data());
     open_ = product;
@@ -291,7 +294,7 @@ double RegionSystem::precondition(double by, const Part& part, const TickContact
 /// True if the iterations may end. A stiff contact absorbs an impulse at a very small rate, so that `rho`, from blocks
 /// with contacts, underestimates the residual. The residual is therefore measured by blocks without contacts and
 /// compared with the contact forces. `rho` must fall as well, because it includes loads far from contacts.
-bool RegionSystem::is_settled(double rho, double tolerance) const {
+bool ImplicitSystem::is_settled(double rho, double tolerance) const {
     double given = 0.0;
     for (const Row& row : rows_) given += row.now * row.now * row.square;
     const double square = tolerance * tolerance;
@@ -303,7 +306,7 @@ bool RegionSystem::is_settled(double rho, double tolerance) const {
 
 /// Step along the direction that minimises the convex function. Its slope is -`downhill` at 0 and rises by `curvature`,
 /// and piecewise by the contacts that give way. Newton's method with a bracket.
-double RegionSystem::step_length(double h, double downhill, double curvature) const {
+double ImplicitSystem::step_length(double h, double downhill, double curvature) const {
     constexpr int most_steps = 60;
     constexpr double settled = 1e-12;
     double step = 0.0;
@@ -329,30 +332,33 @@ double RegionSystem::step_length(double h, double downhill, double curvature) co
 }
 
 /// Clears the direction: it may not be finite, and nodes outside the next search must keep their change.
-void RegionSystem::stand_still() {
+void ImplicitSystem::stand_still() {
     for (Matrix4X* vector : {&direction_, &image_}) vector->leftCols(eigen_index(nodes_.size())).setZero();
 }
 
 /// Minimises the convex function of the step, quadratic except for the limits of contacts. Newton's method: conjugate
 /// gradients with a fixed set of contacts that give way, then a line search on the function, which prevents cycles.
-/// Starts from the current change; nodes outside `part` keep theirs.
-void RegionSystem::find_change(double h, const Part& part, double tolerance, int iterations, TickContacts& contacts) {
+/// Starts from the current change; nodes outside `part` keep theirs. Takes at least one iteration: a residual within
+/// the tolerance that stayed in every step would add up.
+void ImplicitSystem::find_change(double h, const Part& part, const Accuracy& accuracy, TickContacts& contacts) {
     take_residual(h, part, contacts);
     take_blocks(h, contacts);
     double rho = precondition(0.0, part, contacts);
     first_ = std::max(first_, rho);
-    while (iterations > 0 && !is_settled(rho, tolerance)) {
-        const Descent descent = descend(part, rho, tolerance, iterations, contacts);
+    is_finite_ = is_finite_ && std::isfinite(rho);
+    int iterations = accuracy.iterations;
+    do {
+        const Descent descent = descend(part, rho, {accuracy.tolerance, iterations}, contacts);
         iterations -= descent.iterations;
         if (!descent.strays) break;
         go_along(h, part, contacts);
         rho = precondition(0.0, part, contacts);
-    }
+    } while (iterations > 0 && !is_settled(rho, accuracy.tolerance));
     for (std::size_t c = 0; c < rows_.size(); ++c) contacts.all()[c].force = rows_[c].now;
 }
 
 /// Residual and contact forces at the current change.
-void RegionSystem::take_residual(double h, const Part& part, const TickContacts& contacts) {
+void ImplicitSystem::take_residual(double h, const Part& part, const TickContacts& contacts) {
     const auto count = eigen_index(part.nodes);
     const std::span<const TickContact> all = contacts.all();
     residual_.leftCols(count) = right_side_.leftCols(count);
@@ -378,8 +384,8 @@ void RegionSystem::take_residual(double h, const Part& part, const TickContacts&
 
 /// Conjugate gradients with a fixed set of pressing contacts, whose forces are not limited. Ends when the residual is
 /// settled, or is reduced while a contact has left the set or should join it.
-RegionSystem::Descent RegionSystem::descend(const Part& part, double rho, double tolerance, int iterations,
-                                            const TickContacts& contacts) {
+ImplicitSystem::Descent ImplicitSystem::descend(const Part& part, double rho, const Accuracy& accuracy,
+                                                const TickContacts& contacts) {
     constexpr double enough = 0.3 * 0.3;
     const std::span<const TickContact> all = contacts.all();
     const auto turn = [&](double by) {
@@ -395,8 +401,7 @@ RegionSystem::Descent RegionSystem::descend(const Part& part, double rho, double
     const double first = rho;
     turn(0.0);
     Descent descent;
-    while (descent.iterations < iterations && !is_settled(rho, tolerance) &&
-           !(descent.strays && rho <= enough * first)) {
+    do {
         ++descent.iterations;
         multiply(part, contacts);
         for (std::size_t c = 0; c < all.size(); ++c) {
@@ -420,12 +425,13 @@ RegionSystem::Descent RegionSystem::descend(const Part& part, double rho, double
         const double next = precondition(step, part, contacts);
         turn(next / rho);
         rho = next;
-    }
+    } while (descent.iterations < accuracy.iterations && !is_settled(rho, accuracy.tolerance) &&
+             !(descent.strays && rho <= enough * first));
     return descent;
 }
 
 /// Line search on the function along the result of `descend`.
-void RegionSystem::go_along(double h, const Part& part, const TickContacts& contacts) {
+void ImplicitSystem::go_along(double h, const Part& part, const TickContacts& contacts) {
     const std::span<const TickContact> all = contacts.all();
     const auto count = eigen_index(part.nodes);
     auto path = change_.leftCols(count);
@@ -460,13 +466,13 @@ void RegionSystem::go_along(double h, const Part& part, const TickContacts& cont
 
 /// Corrects the momentum of free pieces for the residual of the iterations. Skips pieces with a vertex held for the
 /// tick.
-void RegionSystem::close_momentum() {
+void ImplicitSystem::close_momentum() {
     if (piece_inertia_.empty()) return;
     left_.setZero();
     std::fill(piece_inertia_.begin(), piece_inertia_.end(), 0.0);
     const auto each = [&](const auto& act) {
         for (std::size_t n = 0; n < active_; ++n) {
-            const Index piece = region_->levels()[nodes_[n].level].piece[at(nodes_[n].node)];
+            const Index piece = (*levels_)[nodes_[n].level].piece[at(nodes_[n].node)];
             if (piece >= 0) act(eigen_index(n), piece);
         }
     };
@@ -483,7 +489,7 @@ void RegionSystem::close_momentum() {
 
 /// Evaluates the friction of each contact at the new velocities and linearises its law there. Returns the largest
 /// deviation of the previous laws from Coulomb's, N.
-double RegionSystem::rub(double h, TickContacts& contacts) {
+double ImplicitSystem::rub(double h, TickContacts& contacts) {
     contacts.gather_anchor(true);
     const std::span<TickContact> all = contacts.all();
     const TissueState& state = tissue_->state();
@@ -517,7 +523,7 @@ double RegionSystem::rub(double h, TickContacts& contacts) {
 }
 
 /// Updates the stretch of the tangential springs after the last `rub`, see TickContacts::stretch.
-void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
+void ImplicitSystem::stretch_slips(double h, TickContacts& contacts) {
     const TissueState& state = tissue_->state();
     for (std::size_t c = 0; c < contacts.all().size(); ++c) {
         TickContact& contact = contacts.all()[c];
@@ -528,14 +534,15 @@ void RegionSystem::stretch_slips(double h, TickContacts& contacts) {
     }
 }
 
-double RegionSystem::move(double h) {
+double ImplicitSystem::move() {
+    const double h = listed_for_;
     TissueState& state = tissue_->state();
-    std::vector<RegionLevel>& levels = region_->levels();
+    std::vector<NodeLevel>& levels = *levels_;
     double furthest = 0.0;
-    bool finite = true;
+    bool finite = is_finite_;
     for (std::size_t n = 0; n < active_; ++n) {
         const Index node = nodes_[n].node;
-        RegionLevel& here = levels[nodes_[n].level];
+        NodeLevel& here = levels[nodes_[n].level];
         const bool vertex = nodes_[n].level == 0;
         if (vertex && !state.moves(node)) continue;
         Matrix4X& velocity = vertex ? state.velocity : here.velocity;
@@ -546,8 +553,6 @@ double RegionSystem::move(double h) {
         furthest = std::max(furthest, path.cwiseAbs().maxCoeff());
         finite = finite && path.allFinite();
     }
-    region_->next_moment();
-    for (std::size_t n = active_; n < nodes_.size() && nodes_[n].level == 0; ++n) region_->refresh(0, nodes_[n].node);
     return finite ? furthest : std::numeric_limits<double>::quiet_NaN();
 }
 

@@ -11,15 +11,15 @@
 namespace trocar {
 
 /// Edge of the system: block (4×3 by columns, kg) between two nodes. Edges with the same `own` should be contiguous.
-struct RegionEdge {
+struct SystemEdge {
     Index own = -1;  ///< active
     Index other = -1;
     std::array<float, 12> block{};
 };
 
-struct RegionKernels {
+struct SystemKernels {
     /// image += Σ block (direction_own - direction_other) on own, its opposite on other.
-    void (*multiply)(std::span<const RegionEdge> edges, const double* direction, double* image);
+    void (*multiply)(std::span<const SystemEdge> edges, const double* direction, double* image);
     /// For the first `count` nodes: change += by direction, residual -= by image, preconditioned = inverse residual.
     /// The inverse has 12 numbers per node (4×3 by columns). Returns residual · preconditioned.
     double (*improve)(std::size_t count, double by, const double* direction, const double* image, const double* inverse,
@@ -32,6 +32,6 @@ struct RegionKernels {
 };
 
 /// One version per instruction set of this CPU, best first; all give the same bits.
-const std::vector<RegionKernels>& region_kernels();
+const std::vector<SystemKernels>& system_kernels();
 
 }  // namespace trocar

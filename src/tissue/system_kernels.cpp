@@ -1,8 +1,8 @@
 // Compiled once per instruction set by Highway, which includes this file again for each of them.
-#include "tissue/region_kernels.hpp"
+#include "tissue/system_kernels.hpp"
 
 #undef HWY_TARGET_INCLUDE
-#define HWY_TARGET_INCLUDE "tissue/region_kernels.cpp"
+#define HWY_TARGET_INCLUDE "tissue/system_kernels.cpp"
 #include <hwy/foreach_target.h>
 // foreach_target.h must come first
 #include <hwy/highway.h>
@@ -69,7 +69,7 @@ HWY_INLINE double sum_of(Four number) {
     return ((lanes[0] + lanes[1]) + lanes[2]) + lanes[3];
 }
 
-void multiply_edges(std::span<const RegionEdge> edges, const double* direction, double* image) {
+void multiply_edges(std::span<const SystemEdge> edges, const double* direction, double* image) {
     std::size_t e = 0;
     while (e < edges.size()) {
         // The sum over the edges of one node stays in a register.
@@ -78,7 +78,7 @@ void multiply_edges(std::span<const RegionEdge> edges, const double* direction, 
         const Four here = load(direction + i);
         Four sum = load(image + i);
         do {
-            const RegionEdge& edge = edges[e];
+            const SystemEdge& edge = edges[e];
             const std::size_t j = 4 * static_cast<std::size_t>(edge.other);
             double apart[4];
             store(sub(here, load(direction + j)), apart);
@@ -137,9 +137,9 @@ HWY_EXPORT(improve_nodes);
 HWY_EXPORT(turn_direction);
 HWY_EXPORT(dot_product);
 
-const std::vector<RegionKernels>& region_kernels() {
-    static const std::vector<RegionKernels> kernels = versions_by_target([](const char* target) {
-        return RegionKernels{.multiply = &HWY_DYNAMIC_DISPATCH(multiply_edges),
+const std::vector<SystemKernels>& system_kernels() {
+    static const std::vector<SystemKernels> kernels = versions_by_target([](const char* target) {
+        return SystemKernels{.multiply = &HWY_DYNAMIC_DISPATCH(multiply_edges),
                              .improve = &HWY_DYNAMIC_DISPATCH(improve_nodes),
                              .turn = &HWY_DYNAMIC_DISPATCH(turn_direction),
                              .dot = &HWY_DYNAMIC_DISPATCH(dot_product),

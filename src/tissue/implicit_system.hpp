@@ -1,5 +1,8 @@
-// Linearly implicit Euler step of all active nodes of a RegionTissue, with the contacts in the same linear system. A
-// pressing contact adds its damper and spring to the matrix, so that hundreds of contacts cost few products with it.
+// Linearly implicit Euler step (Baraff and Witkin 1998, eq. 6) of all active nodes of a tissue: `A dv = b`, `A = M +
+// h (C + D) + h² K`. C holds the dampers, D the drag and K the stiffness of springs (thesis eq. 3.1) and enclosures.
+// All are linearised at the start of the step. The transverse part of a spring's K (tension over length) is clamped at
+// 0, so that A is always positive definite. Contacts are part of the same system. A pressing contact adds its damper
+// and spring to the matrix, so that it feels all others, and hundreds cost few products with it.
 #pragma once
 
 #include <Eigen/Dense>
@@ -9,14 +12,15 @@
 #include <span>
 #include <vector>
 
-#include "tissue/region_kernels.hpp"
-#include "tissue/region_levels.hpp"
+#include "tissue/moving_tissue.hpp"
+#include "tissue/node_level.hpp"
+#include "tissue/system_kernels.hpp"
 #include "tissue/tick_contacts.hpp"
 
 namespace trocar {
 
-/// A spring with an active vertex: its entries of SpringArrays, contiguous for the region.
-struct RegionSpring {
+/// A spring with an active vertex: its entries of SpringArrays, contiguous for the active part.
+struct SystemSpring {
     Index i = -1;  ///< vertex of the state
     Index j = -1;
     double k = 0.0;             ///< N/m
@@ -26,29 +30,45 @@ struct RegionSpring {
     double sense = 1.0;         ///< 1 where its edge's own node is i, else -1
 };
 
-class RegionSystem {
+class ImplicitSystem {
 public:
-    RegionSystem(MovingTissue& tissue, RegionTissue& region);
-
-    /// Linearises the active nodes for a step of h (s).
-    void prepare(double h);
-    /// Computes the change of all velocities and the force of every contact. The residual is at most `tolerance` times
-    /// the contact forces, or a tenth of that times all forces. `known`: the normal forces are prescribed by `held`.
-    void solve(double h, bool known, double tolerance, int iterations, TickContacts& contacts);
-    /// Moves the active nodes by their new velocities. Returns the largest displacement of a coordinate, m; not finite
-    /// if a number is not.
-    double move(double h);
-    /// Discards the contact forces of the last step as initial guess.
-    void forget() { pressed_.clear(); }
-
-    /// Springs with an active vertex.
-    [[nodiscard]] std::span<const RegionSpring> springs() const { return springs_; }
-
-private:
     struct Node {
         std::uint32_t level = 0;
         Index node = -1;
     };
+    /// How exactly a step is solved.
+    struct Accuracy {
+        /// The residual is at most this times the contact forces, or a tenth of that times all forces.
+        double tolerance = 0.0;
+        int iterations = 0;  ///< most of conjugate gradients, for one search
+    };
+
+    /// Level 0 holds the vertices of the tissue; of a single level every node is active. All arguments outlive the
+    /// object.
+    ImplicitSystem(MovingTissue& tissue, std::vector<NodeLevel>& levels);
+
+    /// Lists the active nodes for steps of h (s). Call it before the first step, and where nodes became active or
+    /// interpolated or h changed.
+    void list(double h);
+    /// Step that the nodes are listed for, s; 0: none.
+    [[nodiscard]] double listed_for() const { return listed_for_; }
+    /// Interpolated nodes next to active ones, by level. Their positions and velocities enter `linearise`.
+    [[nodiscard]] std::span<const Node> interpolated() const { return std::span(nodes_).subspan(active_); }
+    /// Linearises the active nodes at the state of the tissue and the levels.
+    void linearise();
+    /// Computes the change of all velocities and the force of every contact, for one of `steps` equal steps of a tick.
+    /// `known`: the normal forces are prescribed by `held`.
+    void solve(bool known, int steps, const Accuracy& accuracy, TickContacts& contacts);
+    /// Moves the active nodes by their new velocities. Returns the largest displacement of a coordinate, m; not finite
+    /// if a number is not.
+    double move();
+    /// Discards the contact forces of the last step as initial guess.
+    void forget() { pressed_.clear(); }
+
+    /// Springs with an active vertex.
+    [[nodiscard]] std::span<const SystemSpring> springs() const { return springs_; }
+
+private:
     /// An interpolated node next to an active one; it moves with its parents.
     struct Ghost {
         std::size_t number = 0;
@@ -110,22 +130,23 @@ private:
         std::size_t edges = 0;
     };
     static constexpr std::size_t most_coupled = 256;  ///< factoring a larger matrix takes longer than a tick
-    void list(double h);
     void sort_blocks();
     Index number_of(std::size_t level, Index node);
     void invert(std::size_t node, const Matrix3& block);
     void prolongate(Matrix4X& vector) const;
     void restrict_to_coarse(Matrix4X& vector) const;
+    void take_enclosures(Matrix4X& right);
+    void add_enclosures(const Matrix4X& vector, Matrix4X& product) const;
     void multiply(const Part& part, const TickContacts& contacts);
     double precondition(double by, const Part& part, const TickContacts& contacts);
     void couple(const TickContacts& contacts);
     [[nodiscard]] double step_length(double h, double downhill, double curvature) const;
-    void find_change(double h, const Part& part, double tolerance, int iterations, TickContacts& contacts);
+    void find_change(double h, const Part& part, const Accuracy& accuracy, TickContacts& contacts);
     void stand_still();
     void begin_as_before(double h, TickContacts& contacts);
     void remember_forces(const TickContacts& contacts);
     void take_residual(double h, const Part& part, const TickContacts& contacts);
-    Descent descend(const Part& part, double rho, double tolerance, int iterations, const TickContacts& contacts);
+    Descent descend(const Part& part, double rho, const Accuracy& accuracy, const TickContacts& contacts);
     void go_along(double h, const Part& part, const TickContacts& contacts);
     [[nodiscard]] bool is_settled(double rho, double tolerance) const;
     void close_momentum();
@@ -161,17 +182,17 @@ private:
     }
 
     MovingTissue* tissue_;
-    RegionTissue* region_;
-    const RegionKernels* kernels_;
+    std::vector<NodeLevel>* levels_;
+    const SystemKernels* kernels_;
     std::vector<std::vector<Index>> number_;  ///< per level and node; -1: not in the system
     std::vector<Node> nodes_;    ///< active ones first, then ghosts; number nodes_.size() stands for fixed nodes
     std::vector<Ghost> ghosts_;  ///< by level
     std::size_t active_ = 0;
     Part vertices_;                  ///< active vertices
     Part everything_;                ///< all active nodes
-    std::vector<RegionEdge> edges_;  ///< springs first
-    std::vector<RegionSpring> springs_;
-    std::vector<RegionEdge> stiff_edges_;    ///< edges above level 0 with h times their stiffness alone, N s/m
+    std::vector<SystemEdge> edges_;  ///< springs first
+    std::vector<SystemSpring> springs_;
+    std::vector<SystemEdge> stiff_edges_;    ///< edges above level 0 with h times their stiffness alone, N s/m
     std::vector<Ghost> pulled_ghosts_;       ///< ghosts with springs in their blocks
     std::vector<std::size_t> pulled_nodes_;  ///< active nodes with springs in their blocks
     std::vector<std::uint8_t> is_pulled_;    ///< per node
@@ -199,6 +220,7 @@ private:
     double open_ = 0.0;         ///< current residual, by blocks without contacts
     double listed_for_ = 0.0;   ///< s
     bool has_changed_ = false;  ///< `change_` is not 0
+    bool is_finite_ = true;     ///< of the numbers of this step
 };
 
 }  // namespace trocar

@@ -1,6 +1,6 @@
-// The inner loops of conjugate gradients on a region: against loops that do one thing at a time, and every instruction
-// set against the others.
-#include "tissue/region_kernels.hpp"
+// The inner loops of conjugate gradients on an implicit step: against loops that do one thing at a time, and every
+// instruction set against the others.
+#include "tissue/system_kernels.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ using Numbers = std::vector<double>;
 struct Sample {
     std::mt19937 random{11};
     std::uniform_real_distribution<double> number{-1.0, 1.0};
-    std::vector<RegionEdge> edges;
+    std::vector<SystemEdge> edges;
     Numbers direction = vector(), image = vector(), change = vector(), residual = vector();
     Numbers inverse, inertia;
 
@@ -27,7 +27,7 @@ struct Sample {
         for (std::size_t own = 0; own < count; ++own) {
             // None, one or several after each other, some of them to the same node.
             for (std::size_t n = 0; n < own % 5; ++n) {
-                RegionEdge edge{.own = static_cast<Index>(own),
+                SystemEdge edge{.own = static_cast<Index>(own),
                                 .other = static_cast<Index>((own + 1 + 7 * n) % (count + ghosts))};
                 if (edge.other == edge.own) continue;
                 for (std::size_t c = 0; c < 3; ++c) {
@@ -53,7 +53,7 @@ struct Sample {
 };
 
 /// All that the loops give, one after the other.
-Numbers results_of(const RegionKernels& kernels) {
+Numbers results_of(const SystemKernels& kernels) {
     Sample s;
     Numbers preconditioned(s.direction.size(), 0.0);
     kernels.multiply(s.edges, s.direction.data(), s.image.data());
@@ -71,7 +71,7 @@ Numbers results_of(const RegionKernels& kernels) {
 /// The same without vectors.
 Numbers plain_results() {
     Sample s;
-    for (const RegionEdge& edge : s.edges) {
+    for (const SystemEdge& edge : s.edges) {
         for (std::size_t r = 0; r < 3; ++r) {
             double push = 0.0;
             for (std::size_t c = 0; c < 3; ++c) {
@@ -114,16 +114,16 @@ Numbers plain_results() {
     return all;
 }
 
-TEST(RegionKernels, GiveWhatPlainLoopsGive) {
+TEST(SystemKernels, GiveWhatPlainLoopsGive) {
     const Numbers plain = plain_results();
-    const Numbers quick = results_of(region_kernels().front());
+    const Numbers quick = results_of(system_kernels().front());
     ASSERT_EQ(plain.size(), quick.size());
     for (std::size_t n = 0; n < plain.size(); ++n) EXPECT_NEAR(plain[n], quick[n], 1e-12) << n;
 }
 
-TEST(RegionKernels, EveryInstructionSetGivesTheSameBits) {
-    const Numbers first = results_of(region_kernels().front());
-    for (const RegionKernels& kernels : region_kernels()) EXPECT_EQ(results_of(kernels), first) << kernels.target;
+TEST(SystemKernels, EveryInstructionSetGivesTheSameBits) {
+    const Numbers first = results_of(system_kernels().front());
+    for (const SystemKernels& kernels : system_kernels()) EXPECT_EQ(results_of(kernels), first) << kernels.target;
 }
 
 }  // namespace
