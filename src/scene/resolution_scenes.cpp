@@ -101,7 +101,7 @@ public:
         at_rest_and_moving();
         silent_detector();
         through_in_one_tick();
-        hand_held();
+        held_by_operator();
         return std::move(scenes_);
     }
 
@@ -155,7 +155,7 @@ private:
         scenes_.push_back({name, group, scene.dump() + "\n"});
     }
 
-    /// Whole ticks that the way down to a depth takes.
+    /// Whole ticks that the shift down to a depth takes.
     static double lead_time(double depth) { return std::ceil(1000.0 * (depth + lead_clearance) / lead_speed) / 1000.0; }
 
     void at_rest_and_moving() {
@@ -166,7 +166,7 @@ private:
                     const Vector3 top = place_on(target);
                     const double lead = lead_time(depth);
                     add("at rest", fmt::format("rest_{}_{}_{}", target, edges, tool.name),
-                        fmt::format("A {} tool that has been led {:.1f} mm into tissue without contact, and stays.",
+                        fmt::format("A {} tool that has been moved {:.1f} mm into tissue without contact, and stays.",
                                     tool.name, 1e3 * depth),
                         target_bodies(target), tool, "prescribed",
                         {{-lead, top + Vector3(0, 0, lead_clearance)}, {0.0, top - Vector3(0, 0, depth)}}, tilt(),
@@ -182,18 +182,19 @@ private:
                     const Vector3 top = place_on(target);
                     const double lead = lead_time(depth);
                     const double path = 0.05 * lead_speed;
-                    const Vector3 way = direction == "onward"     ? Vector3(0, 0, -path)
-                                        : direction == "sideways" ? Vector3(path * sideways())
-                                                                  : Vector3(0, 0, std::min(path, 0.5 * depth));
+                    const Vector3 shift = direction == "onward"     ? Vector3(0, 0, -path)
+                                          : direction == "sideways" ? Vector3(path * sideways())
+                                                                    : Vector3(0, 0, std::min(path, 0.5 * depth));
                     const Vector3 deep = top - Vector3(0, 0, depth);
                     add("moving", fmt::format("moving_{}_{}_{}", target, edges, direction),
-                        fmt::format("A {} tool that has been led {:.1f} mm into tissue without contact, moves {} at 50 "
-                                    "mm/s for at most 50 ms, and stays.",
-                                    tool.name, 1e3 * depth, direction),
+                        fmt::format(
+                            "A {} tool that has been moved {:.1f} mm into tissue without contact, moves {} at 50 "
+                            "mm/s for at most 50 ms, and stays.",
+                            tool.name, 1e3 * depth, direction),
                         target_bodies(target), tool, "prescribed",
                         {{-lead, top + Vector3(0, 0, lead_clearance)},
                          {0.0, deep},
-                         {way.norm() / lead_speed, deep + way}},
+                         {shift.norm() / lead_speed, deep + shift}},
                         tilt(), {-lead, 0.0}, window);
                 }
             }
@@ -214,7 +215,7 @@ private:
                 for (const int silent : {1, 5, 20, 100}) {
                     const Tool tool = motion.sideways || random_.below(2) == 0 ? blunt() : pointed();
                     const Vector3 top = place_on(target);
-                    const Vector3 way = motion.sideways ? sideways() : Vector3(-Vector3::UnitZ());
+                    const Vector3 shift = motion.sideways ? sideways() : Vector3(-Vector3::UnitZ());
                     const double speed_down = motion.sideways ? lead_speed : motion.speed;
                     const double off = std::ceil(1000.0 * (motion.before + lead_clearance) / speed_down) / 1000.0 +
                                        (motion.sideways ? 0.02 : 0.0);
@@ -223,10 +224,10 @@ private:
                     Vector3 at = top - Vector3(0, 0, motion.before);
                     if (motion.sideways) {
                         keys.push_back({off - 0.02, at});
-                        at += 0.02 * motion.speed * way;
+                        at += 0.02 * motion.speed * shift;
                     }
                     keys.push_back({off, at});
-                    keys.push_back({on + 0.02, at + (on + 0.02 - off) * motion.speed * way});
+                    keys.push_back({on + 0.02, at + (on + 0.02 - off) * motion.speed * shift});
                     add("silent detector", fmt::format("silent_{}_{}_{}", target, motion.name, silent),
                         fmt::format("A {} tool in tissue whose detector is silent for {} ticks of a {} at {:g} mm/s.",
                                     tool.name, silent, motion.name, 1e3 * motion.speed),
@@ -269,7 +270,7 @@ private:
         }
     }
 
-    void hand_held() {
+    void held_by_operator() {
         for (const std::string target : {"tool", "bone", "tissue"}) {
             for (std::size_t d = 0; d < depths.size(); ++d) {
                 for (const bool rests : {true, false}) {
@@ -304,14 +305,14 @@ private:
                     const double lead = lead_time(depth);
                     const Vector3 clean = top + Vector3(0, 0, lead_clearance);
                     const Vector3 deep = top - Vector3(0, 0, depth);
-                    // Else the operator is on its way, and 20 ticks without contact take it from touch to the depth.
+                    // Else the operator is on its shift, and 20 ticks without contact take it from touch to the depth.
                     const double off = rests ? -lead : 0.03;
                     const double on = rests ? 0.0 : 0.05;
                     const std::vector<Key> keys = rests ? std::vector<Key>{{-lead, clean}, {0.0, deep}}
                                                         : std::vector<Key>{{0.0, clean}, {off, top}, {on, deep}};
                     add("hand-held", fmt::format("held_{}_{}_{}", target, d + 1, rests ? "rest" : "silent"),
-                        fmt::format("A blunt tool in the hand of an operator, {} into {} without contact.",
-                                    rests ? "led" : "moved within 20 ticks", target),
+                        fmt::format("A blunt tool held by an operator, {} into {} without contact.",
+                                    rests ? "moved" : "moved within 20 ticks", target),
                         bodies, blunt(), "operator", keys, rests && target == "tissue" ? tilt() : Vector3(0, 0, 0),
                         {off, on}, on + window);
                 }

@@ -18,7 +18,7 @@ struct DrawnScene {
 /// bodies they are parts of the tool's radius. The seed decides places, tilts and turns within the strata, and tools
 /// where a stratum leaves them open. Equal seeds give equal texts on every machine.
 ///
-/// - At rest: a tool is led into a sheet, a closed organ or two sheets before the first tick, and stays.
+/// - At rest: a tool moves into a sheet, a closed organ or two sheets before the first tick, and stays.
 /// - Moving: the same; it then moves on for 50 ms, onward, sideways or outward, and stays.
 /// - Silent detector: contact is off for 1, 5, 20 or 100 ticks within a press, a stab or a drag.
 /// - Through in one tick: contact is off for the tick in which the tool passes. A needle's shaft still crosses the

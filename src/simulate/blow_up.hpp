@@ -15,8 +15,9 @@ namespace trocar {
 
 /// A tick of tissue is `unstable` where one of these holds (METHODS §4):
 /// - (a) Energy: for `energy_ticks` ticks in a row the gain of kinetic and elastic energy exceeds (1 + work_factor) ×
-///   absolute work + `spare_energy` + start energy. The start energy is the static force of (c) times the deepest
-///   contact of the first tick, or of the first one after an interval without contact.
+///   absolute work + `spare_energy` + start energy. The start energy is the static force of (c) times the
+///   first depth. That is the depth of the deepest contact of the first tick, or of the first after an interval
+///   without contact.
 /// - (b) Strain: an edge is stretched beyond max(`most_strain`, the scene's limit) + path / max(its rest length, the
 ///   mean rest length). The path is that of kinematic bodies since first contact with tissue, plus the depth
 ///   of (a). The mean length bounds the divisor because a short edge shares the tension of its neighbours.

@@ -65,6 +65,14 @@ std::vector<double> distances(const Scene& scene, const Matrix3X& one, const Mat
     return list;
 }
 
+/// m, mean over the springs of the tissue; without tissue, the smallest mean edge of a body that moves.
+double edge_of(const Scene& scene) {
+    if (!scene.has_tissue()) return QueryDistance(scene, 1.0).edge();
+    double sum = 0.0;
+    for (const Spring& spring : scene.materials.springs) sum += spring.rest;
+    return sum / static_cast<double>(scene.materials.springs.size());
+}
+
 /// A window of one run beside that of its twin.
 struct Comparison {
     const Scene& scene;
@@ -217,7 +225,7 @@ std::string_view text_of(Unresolved cause) {
 
 Resolution compare_resolution(const Scene& scene, const Outcome& outcome, const ResolutionTrail& trail,
                               const ResolutionTrail& twin) {
-    const Comparison with{scene, trail, twin, resolution_window(scene), QueryDistance(scene, 1.0).edge()};
+    const Comparison with{scene, trail, twin, resolution_window(scene), edge_of(scene)};
     const std::vector<Tick>& ticks = trail.ticks;
     const std::size_t clock = with.clock();
     const bool resolved = outcome.ok() && with.is_whole() && clock < ticks.size() && !with.tears() &&

@@ -31,7 +31,7 @@ bool has_resolution_window(const Scene& scene);
 /// Throws InputError for a scene without one.
 ResolutionWindow resolution_window(const Scene& scene);
 
-/// What one run leaves in the window.
+/// Course of one run in the window.
 struct ResolutionTrail {
     struct Tick {
         double depth = 0.0;               ///< m, residual penetration
@@ -92,14 +92,13 @@ struct Resolution {
 
 /// Compares a run with its twin under the same response. `outcome`: of the run. It has resolved where all of this
 /// holds:
-/// - From some tick of the window to its end the depth is at most 0.02 edges more than the twin's largest at rest, the
-///   area on a wrong side at most one squared edge more, and strain is within the limit.
-/// - Over the rest, the mean force differs from the twin's by at most 0.05 N or 25 %, and the mean places of 95 % of
-/// the
-///   free tissue vertices by at most 0.25 edges.
+/// - From some tick of the window to its end, the depth is at most 0.02 edges more than the twin's largest at rest.
+/// - From that tick on, the area on a wrong side is at most one squared edge more, and strain is within the limit.
+/// - Over the rest, the mean force differs from the twin's by at most 0.05 N or 25 %.
+/// - Over the rest, the mean places of 95 % of the free tissue vertices differ by at most 0.25 edges.
 /// - Nothing tears in the window, and both runs reach its end.
 /// - The twin at rest is at most half as deep as the interval has left the scene.
-/// An edge is the smallest mean edge of a body that moves.
+/// An edge is the tissue's mean edge; without tissue, the smallest mean edge of a body that moves.
 Resolution compare_resolution(const Scene& scene, const Outcome& outcome, const ResolutionTrail& trail,
                               const ResolutionTrail& twin);
 

@@ -17,10 +17,10 @@ namespace {
 
 using Tick = ResolutionTrail::Tick;
 
-/// A ball of radius 8 mm is led from 3 mm above a pinned sheet at z = 0 to 2 mm below it and rests there. The first key
-/// is at `from`, the last one 0.1 s later.
-Scene led_through(double from, const std::string& contact_off, std::int64_t ticks) {
-    std::string text = R"({"format":"trocar-scene-2","name":"led","dt":0.001,"ticks":)" + std::to_string(ticks) +
+/// A ball of radius 8 mm is moved from 3 mm above a pinned sheet at z = 0 to 2 mm below it and rests there. The first
+/// key is at `from`, the last one 0.1 s later.
+Scene moved_through(double from, const std::string& contact_off, std::int64_t ticks) {
+    std::string text = R"({"format":"trocar-scene-2","name":"through","dt":0.001,"ticks":)" + std::to_string(ticks) +
                        R"(,"contact_off":)" + contact_off + R"(,"bodies":[
       {"name":"sheet","kind":"tissue","closed":false,"parts":[{"shape":"sheet","size":[0.06,0.06],"edge":0.006}]},
       {"name":"tool","kind":"instrument","closed":true,"parts":[{"shape":"sphere","radius":0.008,"edge":0.002}],
@@ -42,7 +42,7 @@ RunSpec spec_of(const std::string& response, const std::string& mode = "resoluti
 
 std::string refusal_of(const std::string& contact_off) {
     try {
-        led_through(0.0, contact_off, 10);
+        moved_through(0.0, contact_off, 10);
     } catch (const InputError& error) {
         return error.what();
     }
@@ -58,7 +58,7 @@ TEST(ContactOff, IsTwoAscendingTimesOfWhichTheSecondIsNotBeforeTheStart) {
 
 TEST(ContactOff, HoldsFromItsFirstTickToTheOneBeforeItsLastWhateverTheTimesAreRoundedTo) {
     for (const std::int64_t first : {0, 3, 57, 58}) {
-        const Scene scene = led_through(
+        const Scene scene = moved_through(
             0.0, "[" + std::to_string(0.001 * static_cast<double>(first)) + "," + std::to_string(0.001 * 63) + "]",
             100);
         for (std::int64_t tick = 0; tick < 100; ++tick) {
@@ -66,11 +66,11 @@ TEST(ContactOff, HoldsFromItsFirstTickToTheOneBeforeItsLastWhateverTheTimesAreRo
         }
         EXPECT_EQ(scene.prelude_ticks(), 0);
     }
-    EXPECT_EQ(led_through(-0.1, "[-0.1,0]", 100).prelude_ticks(), 100);
+    EXPECT_EQ(moved_through(-0.1, "[-0.1,0]", 100).prelude_ticks(), 100);
 }
 
 TEST(ContactOff, LeavesTheResponseNothingAndTheDetectorNoMisses) {
-    const Scene scene = led_through(0.0, "[0.07,0.12]", 140);
+    const Scene scene = moved_through(0.0, "[0.07,0.12]", 140);
     std::int64_t silent = 0;
     RunLimits limits;
     limits.observe = [&](const Simulation& simulation, const StepRow& row) {
@@ -92,7 +92,7 @@ TEST(ContactOff, LeavesTheResponseNothingAndTheDetectorNoMisses) {
 }
 
 TEST(ContactOff, ChangesNothingWhileNothingMeets) {
-    Scene scene = led_through(0.0, "[0,0.04]", 140);
+    Scene scene = moved_through(0.0, "[0,0.04]", 140);
     const std::string with = run_closed_loop(scene, spec_of("penalty", "closed_loop")).state_hash;
     scene.contact_off.reset();
     EXPECT_EQ(with, run_closed_loop(scene, spec_of("penalty", "closed_loop")).state_hash);
@@ -100,7 +100,7 @@ TEST(ContactOff, ChangesNothingWhileNothingMeets) {
 
 /// The side of a body that lies wholly behind a sheet is known from the path alone.
 TEST(ContactOff, TruthFollowsTheScriptsFromTheirCleanState) {
-    Scene scene = led_through(-0.1, "[-0.1,0]", 3);
+    Scene scene = moved_through(-0.1, "[-0.1,0]", 3);
     for (MotionKey& key : scene.bodies[0].motion->keys) {
         if (key.time >= 0.0) key.translation.z() = -0.02;
     }
@@ -113,7 +113,7 @@ TEST(ContactOff, TruthFollowsTheScriptsFromTheirCleanState) {
 }
 
 TEST(Twin, IsTheSceneItselfFromItsCleanStateOn) {
-    const Scene scene = led_through(-0.1, "[-0.1,0]", 210);
+    const Scene scene = moved_through(-0.1, "[-0.1,0]", 210);
     const Scene twin = twin_of(scene);
     EXPECT_FALSE(twin.contact_off);
     EXPECT_EQ(twin.ticks, 310);
@@ -126,7 +126,7 @@ TEST(Twin, IsTheSceneItselfFromItsCleanStateOn) {
 }
 
 TEST(Resolution, AScriptedDepthIsWhatItIsAndNoResponseResolvesNothing) {
-    const Record record = make_run(led_through(-0.1, "[-0.1,0]", 210), spec_of("none"));
+    const Record record = make_run(moved_through(-0.1, "[-0.1,0]", 210), spec_of("none"));
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     EXPECT_NEAR(value_of(record.summary, Metric::resolution_depth_before_m), 0.002, 1e-4);
     EXPECT_NEAR(value_of(record.summary, Metric::resolution_depth_after_m), 0.002, 1e-4);
@@ -140,7 +140,7 @@ TEST(Resolution, AScriptedDepthIsWhatItIsAndNoResponseResolvesNothing) {
 
 /// Where contact was off while nothing met, a run is its twin.
 TEST(Resolution, ARunThatIsItsTwinIsResolvedAtOnce) {
-    const Scene scene = led_through(0.0, "[0,0.02]", 230);
+    const Scene scene = moved_through(0.0, "[0,0.02]", 230);
     const Record record = make_run(scene, spec_of("unilateral"));
     ASSERT_TRUE(record.outcome.ok()) << record.outcome.message;
     EXPECT_EQ(value_of(record.summary, Metric::resolution_place_difference_m), 0.0);
@@ -149,8 +149,8 @@ TEST(Resolution, ARunThatIsItsTwinIsResolvedAtOnce) {
 }
 
 TEST(Resolution, ASceneWithoutAWindowIsBadInput) {
-    EXPECT_THROW(make_run(led_through(-0.1, "[-0.1,0]", 199), spec_of("none")), InputError);
-    Scene scene = led_through(-0.1, "[-0.1,0]", 210);
+    EXPECT_THROW(make_run(moved_through(-0.1, "[-0.1,0]", 199), spec_of("none")), InputError);
+    Scene scene = moved_through(-0.1, "[-0.1,0]", 210);
     scene.contact_off.reset();
     EXPECT_THROW(make_run(scene, spec_of("none")), InputError);
 }
@@ -174,10 +174,10 @@ struct ResolutionCase {
     bool cleared = false;
 };
 
-/// Each limit from both sides. The sheet's edges have 6 mm, the ball's, which are the smallest, about 2 mm.
+/// Each limit from both sides. The sheet's edges have about 6 mm.
 TEST(Resolution, EveryCriterionDecides) {
-    const Scene scene = led_through(-0.1, "[-0.1,0]", 210);
-    constexpr double edge = 0.002;
+    const Scene scene = moved_through(-0.1, "[-0.1,0]", 210);
+    constexpr double edge = 0.006;
     const auto deep = [](double depth, std::size_t from, std::size_t to) {
         return [=](ResolutionTrail& trail, ResolutionTrail&) {
             for (std::size_t t = from; t < to; ++t) trail.ticks[t].depth = depth;
@@ -274,7 +274,7 @@ TEST(Resolution, EveryCriterionDecides) {
 }
 
 TEST(Resolution, FiguresAreThoseOfTheirDefinition) {
-    const Scene scene = led_through(-0.1, "[-0.1,0]", 310);
+    const Scene scene = moved_through(-0.1, "[-0.1,0]", 310);
     ResolutionTrail trail = good(scene);
     trail.ticks[0].force = Vector3(3, 0, 4);
     trail.ticks[1].force = Vector3(0, 0, 1);
