@@ -375,7 +375,9 @@ int run_command(int argc, char** argv) {
         ->required()
         ->check(CLI::IsMember({"resolution"}));
     sub->add_option("folder", draw_options.folder, "New or empty folder")->required();
-    sub->add_option("--seed", draw_options.seed, "Of places, tilts and tools")->capture_default_str();
+    sub->add_option("--seed", draw_options.seed, "Of places, tilts and tools")
+        ->capture_default_str()
+        ->check(CLI::NonNegativeNumber);
     line.on(sub, draw_options, draw);
 
     ListOptions list_options;

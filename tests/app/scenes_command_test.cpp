@@ -98,5 +98,22 @@ TEST_F(ScenesCommand, ANameGetsAtMostThreeThatHoldItAndNoneWhenAllAreFarAway) {
     EXPECT_EQ(far.err.find("proximity:"), std::string::npos) << far.err;
 }
 
+/// `trocar draw`: what it writes is what the other commands take, and an occupied folder stays as it is.
+TEST_F(ScenesCommand, DrawnScenesAreFilesOfANewFolder) {
+    const std::string drawn = (folder_.path() / "drawn").string();
+    const ProgramResult written = run_program("draw resolution " + drawn + " --seed 7 --json");
+    ASSERT_EQ(written.status, 0) << written.err;
+    const nlohmann::json answer = nlohmann::json::parse(written.out);
+    EXPECT_EQ(answer.at("seed"), 7);
+    ASSERT_EQ(answer.at("scenes").size(), 120U);
+    EXPECT_EQ(answer.at("scenes").at(0).at("group"), "at rest");
+    const std::string names = run_program("scenes --names " + drawn).out;
+    EXPECT_EQ(std::count(names.begin(), names.end(), '\n'), 120);
+    test::expect_refused("draw resolution " + drawn, drawn + ": expected a new or an empty folder");
+    test::expect_refused("draw resolution " + drawn + "2 --seed -1", "--seed");
+    test::expect_refused("draw anything " + drawn + "2", "family");
+    EXPECT_FALSE(std::filesystem::exists(drawn + "2"));
+}
+
 }  // namespace
 }  // namespace trocar
