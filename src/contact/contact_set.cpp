@@ -25,24 +25,20 @@ WorkCounters& WorkCounters::operator+=(const WorkCounters& other) {
 }
 
 void ContactSet::clear() {
-    pairs.clear();
-    near.clear();
+    answer_nothing();
     query_distance = 0.0;
-    native.clear();
-    swept.clear();
     contacts.clear();
     work = {};
-    truncated = false;
-    outcome.kind = OutcomeKind::ok;
-    outcome.message.clear();
 }
 
 void ContactSet::answer_nothing() {
-    for (std::vector<TrianglePair>* list : {&pairs, &near}) list->clear();
+    pairs.clear();
+    near.clear();
     native.clear();
     swept.clear();
     truncated = false;
-    outcome = {};
+    outcome.kind = OutcomeKind::ok;
+    outcome.message.clear();
 }
 
 void ContactSet::sort_pairs() { put_in_order(pairs); }

@@ -155,8 +155,10 @@ private:
         scenes_.push_back({name, group, scene.dump() + "\n"});
     }
 
-    /// Whole ticks that the shift down to a depth takes.
-    static double lead_time(double depth) { return std::ceil(1000.0 * (depth + lead_clearance) / lead_speed) / 1000.0; }
+    /// s, whole ticks that the path from the clean state down to a depth takes.
+    static double lead_time(double depth, double speed = lead_speed) {
+        return std::ceil(1000.0 * (depth + lead_clearance) / speed) / 1000.0;
+    }
 
     void at_rest_and_moving() {
         for (const char* target : {"sheet", "organ", "two_sheets"}) {
@@ -217,8 +219,7 @@ private:
                     const Vector3 top = place_on(target);
                     const Vector3 shift = motion.sideways ? sideways() : Vector3(-Vector3::UnitZ());
                     const double speed_down = motion.sideways ? lead_speed : motion.speed;
-                    const double off = std::ceil(1000.0 * (motion.before + lead_clearance) / speed_down) / 1000.0 +
-                                       (motion.sideways ? 0.02 : 0.0);
+                    const double off = lead_time(motion.before, speed_down) + (motion.sideways ? 0.02 : 0.0);
                     const double on = off + 0.001 * silent;
                     std::vector<Key> keys{{0.0, top + Vector3(0, 0, lead_clearance)}};
                     Vector3 at = top - Vector3(0, 0, motion.before);
@@ -254,7 +255,7 @@ private:
                     const Vector3 start = top + Vector3(0, 0, above);
                     const Vector3 deep = top - Vector3(0, 0, depth);
                     const double stay = before + 0.001 + window;
-                    const double back = std::ceil(1000.0 * (depth + lead_clearance) / lead_speed) / 1000.0;
+                    const double back = lead_time(depth);
                     add("through in one tick", fmt::format("through_{}_{}_{}", target, edges, tool.name),
                         fmt::format("A {} that passes {:.1f} mm through tissue in one tick, stays for 200 ms and is "
                                     "withdrawn at 50 mm/s.",

@@ -29,6 +29,12 @@ double VertexSprings::largest_strain(const Materials& materials, const Matrix3X&
     return largest;
 }
 
+double mean_spring_length(const Materials& materials) {
+    double sum = 0.0;
+    for (const Spring& spring : materials.springs) sum += spring.rest;
+    return sum / static_cast<double>(materials.springs.size());
+}
+
 std::vector<double> mean_spring_lengths(const Topology& topology, const Materials& materials) {
     std::vector<double> length(topology.bodies.size(), 0.0);
     std::vector<double> count(topology.bodies.size(), 0.0);

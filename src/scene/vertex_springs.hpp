@@ -26,6 +26,8 @@ private:
     std::vector<Index> spring_;
 };
 
+/// m, mean rest length of all springs. Precondition: there is one.
+double mean_spring_length(const Materials& materials);
 /// m, per body: mean rest length of a tissue's springs, 0 for other bodies.
 std::vector<double> mean_spring_lengths(const Topology& topology, const Materials& materials);
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "scene/vertex_springs.hpp"
 #include "simulate/query_distance.hpp"
 #include "simulate/step_check.hpp"
 
@@ -45,8 +46,7 @@ BlowUp::BlowUp(const Scene& scene) : scene_(&scene) {
         if (body.kind == BodyKind::tissue) most_force_ += carried_by(scene, body);
     }
     for (const double mass : scene.materials.mass) mass_ += mass;
-    for (const Spring& spring : scene.materials.springs) mean_rest_ += spring.rest;
-    mean_rest_ /= static_cast<double>(scene.materials.springs.size());
+    mean_rest_ = mean_spring_length(scene.materials);
 }
 
 Outcome BlowUp::judge(const Frame& seen, const Frame& after, const ContactSet& contacts, const ResponseOutput& output,

@@ -30,6 +30,9 @@ public:
     /// Follows a frame that is not judged, so that sides are counted from the first frame on.
     void follow(const Frame& frame) { depth_.follow(frame); }
 
+    /// m, residual penetration of a frame that is not judged.
+    [[nodiscard]] double depth(const Frame& frame) { return depth_.measure(frame).residual_penetration; }
+
     /// DepthTruth::clearance of two bodies on the frame judged last.
     [[nodiscard]] double clearance(Index body_a, Index body_b) const { return depth_.clearance(body_a, body_b); }
 

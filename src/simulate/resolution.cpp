@@ -3,11 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "geometry/input_error.hpp"
-#include "measure/depth_truth.hpp"
 #include "measure/statistics.hpp"
+#include "scene/vertex_springs.hpp"
 #include "simulate/query_distance.hpp"
 
 namespace trocar {
@@ -68,9 +69,7 @@ std::vector<double> distances(const Scene& scene, const Matrix3X& one, const Mat
 /// m, mean over the springs of the tissue; without tissue, the smallest mean edge of a body that moves.
 double edge_of(const Scene& scene) {
     if (!scene.has_tissue()) return QueryDistance(scene, 1.0).edge();
-    double sum = 0.0;
-    for (const Spring& spring : scene.materials.springs) sum += spring.rest;
-    return sum / static_cast<double>(scene.materials.springs.size());
+    return mean_spring_length(scene.materials);
 }
 
 /// A window of one run beside that of its twin.
@@ -172,17 +171,9 @@ ResolutionObserver::ResolutionObserver(const Scene& scene, std::int64_t delay)
     trail_.last_position = scene.first.position;
 }
 
-/// m, of what an interval leaves that ends with the first tick, before which there is no row.
-double ResolutionObserver::depth_at_start(const Simulation& simulation) const {
-    DepthTruth depth(scene_->topology, scripted_frame(*scene_, -scene_->prelude_ticks()), simulation.yielding_pairs());
-    for (std::int64_t tick = 1 - scene_->prelude_ticks(); tick < 0; ++tick) depth.follow(scripted_frame(*scene_, tick));
-    return depth.measure(scene_->first).residual_penetration;
-}
-
 void ResolutionObserver::observe(const Simulation& simulation, const StepRow& row) {
     const std::int64_t tick = row.tick - delay_;
     if (row.outcome != OutcomeKind::ok) return;
-    if (tick == 0 && window_.begin == 0) trail_.depth_before = depth_at_start(simulation);
     if (tick == window_.begin - 1) trail_.depth_before = row.residual_penetration;
     trail_.last_position = simulation.frame().position;
     if (tick < window_.begin || tick >= window_.end) return;
@@ -202,25 +193,10 @@ void ResolutionObserver::observe(const Simulation& simulation, const StepRow& ro
 }
 
 std::string_view text_of(Unresolved cause) {
-    switch (cause) {
-        case Unresolved::none:
-            return "resolved";
-        case Unresolved::unstable:
-            return "unstable";
-        case Unresolved::rupture:
-            return "rupture";
-        case Unresolved::nothing_reported:
-            return "nothing reported";
-        case Unresolved::no_direction:
-            return "no direction";
-        case Unresolved::wrong_side_held:
-            return "wrong side held";
-        case Unresolved::too_slow:
-            return "too slow";
-        case Unresolved::balance_of_forces:
-            return "balance of forces";
-    }
-    return "";
+    static constexpr std::array<std::string_view, 8> texts{"resolved",         "unstable",         "rupture",
+                                                           "nothing reported", "no direction",     "wrong side held",
+                                                           "too slow",         "balance of forces"};
+    return texts.at(static_cast<std::size_t>(cause));
 }
 
 Resolution compare_resolution(const Scene& scene, const Outcome& outcome, const ResolutionTrail& trail,

@@ -58,13 +58,12 @@ public:
     /// outlives the object.
     ResolutionObserver(const Scene& scene, std::int64_t delay);
 
-    /// Call after every tick, judged by truth.
+    /// Call after every tick, judged by truth. `depth_before` of the trail is that of the tick before the window; the
+    /// caller sets it where there is none.
     void observe(const Simulation& simulation, const StepRow& row);
     [[nodiscard]] const ResolutionTrail& trail() const { return trail_; }
 
 private:
-    [[nodiscard]] double depth_at_start(const Simulation& simulation) const;
-
     const Scene* scene_;
     ResolutionWindow window_;
     std::int64_t delay_ = 0;

@@ -236,7 +236,8 @@ std::unique_ptr<Against> against_of(const Scene& scene, const RunSpec& spec) {
 /// the second stepper.
 class ClosedLoopTruth {
 public:
-    /// Scene and simulation outlive it. Records the reference's state and the scene's notes.
+    /// Scene and simulation outlive it. Records the reference's state, the scene's notes and, where the window of
+    /// resolution begins with the first tick, the depth that the scripts have left.
     ClosedLoopTruth(const Scene& scene, const RunSpec& spec, const Simulation& simulation, Record& record)
         : spec_(&spec),
           scene_(&scene),
@@ -251,6 +252,10 @@ public:
             const Frame frame = scripted_frame(scene, tick);
             judge_.follow(frame);
             passages_.follow(frame);
+        }
+        // No row comes before the first tick.
+        if (spec.mode == "resolution" && has_resolution_window(scene) && resolution_window(scene).begin == 0) {
+            record.summary[Metric::resolution_depth_before_m] = judge_.depth(scene.first);
         }
         // Needs the start and the end of every tick.
         if (spec.truth_stride == 1) untouched_.emplace(scene.topology, scene.first, simulation.yielding_pairs());
@@ -449,8 +454,11 @@ Record run_resolution(const Scene& scene, const RunSpec& spec, const RunLimits& 
     };
     Record record = run_closed_loop(scene, alone, own_limits);
     record.spec = spec;
-    const Resolution resolution = compare_resolution(scene, record.outcome, own.trail(), of_twin.trail());
-    record.summary.merge(Summary(resolution.figures));
+    ResolutionTrail trail = own.trail();
+    const auto scripted = record.summary.find(Metric::resolution_depth_before_m);
+    if (scripted != record.summary.end()) trail.depth_before = scripted->second;
+    Resolution resolution = compare_resolution(scene, record.outcome, trail, of_twin.trail());
+    record.summary.merge(resolution.figures);
     record.environment["resolution.cause"] = text_of(resolution.cause);
     record.environment["resolution.twin"] = fmt::format("{}", name_of(twin_record.outcome.kind));
     return record;

@@ -109,7 +109,7 @@ TEST_F(ScenesCommand, DrawnScenesAreFilesOfANewFolder) {
     EXPECT_EQ(answer.at("scenes").at(0).at("group"), "at rest");
     const std::string names = run_program("scenes --names " + drawn).out;
     EXPECT_EQ(std::count(names.begin(), names.end(), '\n'), 120);
-    test::expect_refused("draw resolution " + drawn, drawn + ": expected a new or an empty folder");
+    test::expect_refused("draw resolution " + drawn, drawn + ": expected a new or empty folder");
     test::expect_refused("draw resolution " + drawn + "2 --seed -1", "--seed");
     test::expect_refused("draw anything " + drawn + "2", "family");
     EXPECT_FALSE(std::filesystem::exists(drawn + "2"));
