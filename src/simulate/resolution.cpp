@@ -165,7 +165,7 @@ ResolutionWindow resolution_window(const Scene& scene) {
 }
 
 ResolutionObserver::ResolutionObserver(const Scene& scene, std::int64_t delay)
-    : scene_(&scene), window_(resolution_window(scene)), delay_(delay) {
+    : window_(resolution_window(scene)), delay_(delay) {
     trail_.ticks.reserve(static_cast<std::size_t>(window_.end - window_.begin));
     trail_.mean_position = Matrix3X::Zero(3, scene.topology.vertex_count);
     trail_.last_position = scene.first.position;

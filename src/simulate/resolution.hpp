@@ -64,7 +64,6 @@ public:
     [[nodiscard]] const ResolutionTrail& trail() const { return trail_; }
 
 private:
-    const Scene* scene_;
     ResolutionWindow window_;
     std::int64_t delay_ = 0;
     std::int64_t resting_ = 0;  ///< ticks of the rest so far
