@@ -238,8 +238,10 @@ class ClosedLoopTruth {
 public:
     /// Scene and simulation outlive it. Records the reference's state, the scene's notes and, where the window of
     /// resolution begins with the first tick, the depth that the scripts have left.
-    ClosedLoopTruth(const Scene& scene, const RunSpec& spec, const Simulation& simulation, Record& record)
+    ClosedLoopTruth(const Scene& scene, const RunSpec& spec, const std::optional<RunLimits::Judged>& judged,
+                    const Simulation& simulation, Record& record)
         : spec_(&spec),
+          judged_(judged),
           scene_(&scene),
           judge_(scene.topology, scripted_frame(scene, -scene.prelude_ticks()), simulation.yielding_pairs(),
                  &scene.materials),
@@ -258,7 +260,8 @@ public:
             record.summary[Metric::resolution_depth_before_m] = judge_.depth(scene.first);
         }
         // Needs the start and the end of every tick.
-        if (spec.truth_stride == 1) untouched_.emplace(scene.topology, scene.first, simulation.yielding_pairs());
+        if (spec.truth_stride == 1 && !judged_)
+            untouched_.emplace(scene.topology, scene.first, simulation.yielding_pairs());
         record.environment["reference.hard"] = text_of(reference_.reference.hard);
         record.environment["reference.equal_k"] = text_of(reference_.reference.equal_k);
         if (!scene.notes.empty()) record.environment["scene.notes"] = fmt::format("{}", fmt::join(scene.notes, "; "));
@@ -267,8 +270,10 @@ public:
     /// Judges the tick that `simulation` has done. Returns how the second stepper ended.
     Outcome observe(const Simulation& simulation, std::int64_t tick, std::int64_t ticks, StepRow& row) {
         row.passed_through = passages_.follow(simulation.frame());
-        const bool judged = is_judged(*spec_, tick, ticks);
-        if (judged || is_cut(*spec_, row)) {
+        if (judged_ && (tick < judged_->begin || tick >= judged_->end)) {
+            judge_.follow(simulation.seen());
+            judge_.follow(simulation.frame());
+        } else if (const bool judged = is_judged(*spec_, tick, ticks); judged || is_cut(*spec_, row)) {
             const bool in_detail = is_judged_in_detail(*spec_, tick, ticks);
             if (scene_->has_contact_at(tick)) {
                 judge_.judge_detection(simulation.seen(), simulation.contacts(), row, in_detail);
@@ -308,6 +313,7 @@ public:
 
 private:
     const RunSpec* spec_;
+    std::optional<RunLimits::Judged> judged_;
     const Scene* scene_;
     Judge judge_;
     std::optional<ForceWithoutTouch> untouched_;
@@ -406,7 +412,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     settings.watched = limits.watched && !is_timed_only(spec);
     Simulation simulation(scene, detector_of(spec), response_of(spec), generator, settings);
     std::optional<ClosedLoopTruth> truth;
-    if (!is_timed_only(spec)) truth.emplace(scene, spec, simulation, record);
+    if (!is_timed_only(spec)) truth.emplace(scene, spec, limits.judged, simulation, record);
     std::int64_t tick = 0;
     const auto do_tick = [&] {
         if (!record.outcome.ok() || tick >= ticks || !go_on(limits, tick)) return false;
@@ -443,11 +449,15 @@ Record run_resolution(const Scene& scene, const RunSpec& spec, const RunLimits& 
     RunSpec twin_spec = alone;
     twin_spec.ticks = 0;
     ResolutionObserver of_twin(scene, scene.prelude_ticks());
+    // The tick before the window says how deep the interval has left the scene.
+    const ResolutionWindow window = resolution_window(scene);
     RunLimits twin_limits = limits;
+    twin_limits.judged = {window.begin - 1 + scene.prelude_ticks(), window.end + scene.prelude_ticks()};
     twin_limits.observe = [&](const Simulation& simulation, const StepRow& row) { of_twin.observe(simulation, row); };
     const Record twin_record = run_closed_loop(twin, twin_spec, twin_limits);
     ResolutionObserver own(scene, 0);
     RunLimits own_limits = limits;
+    own_limits.judged = {window.begin - 1, window.end};
     own_limits.observe = [&](const Simulation& simulation, const StepRow& row) {
         own.observe(simulation, row);
         if (limits.observe) limits.observe(simulation, row);

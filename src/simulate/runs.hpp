@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 
 #include "measure/record.hpp"
 #include "scene/scene.hpp"
@@ -21,6 +22,14 @@ struct RunLimits {
     bool allow_unstable_step = false;
     /// False: no energy and momentum audit and no stop on unstable contact (SimulationSettings::watched).
     bool watched = true;
+    /// Ticks that truth judges.
+    struct Judged {
+        std::int64_t begin = 0;
+        std::int64_t end = 0;
+    };
+    /// Closed loop: truth judges these alone and follows the others; force without touch is not asked. Absent: all that
+    /// the specification names.
+    std::optional<Judged> judged = {};
 };
 
 /// Runs spec.mode for spec.ticks ticks (0: the scene's own number), with spec.overrides applied to the scene. Modes are

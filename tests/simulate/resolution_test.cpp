@@ -148,6 +148,26 @@ TEST(Resolution, ARunThatIsItsTwinIsResolvedAtOnce) {
     EXPECT_EQ(record.environment.at("resolution.twin"), "ok");
 }
 
+TEST(Resolution, TruthThatJudgesTheWindowAloneSaysThereWhatItSaysWhenItJudgesEveryTick) {
+    const Scene scene = moved_through(0.0, "[0.07,0.12]", 340);
+    const RunSpec spec = spec_of("unilateral", "closed_loop");
+    const Record every = run_closed_loop(scene, spec);
+    RunLimits limits;
+    limits.judged = {119, 320};
+    const Record window = run_closed_loop(scene, spec, limits);
+    ASSERT_EQ(window.rows.size(), every.rows.size());
+    for (std::size_t t = 0; t < every.rows.size(); ++t) {
+        if (t < 119 || t >= 320) {
+            EXPECT_TRUE(std::isnan(window.rows[t].residual_penetration)) << t;
+            continue;
+        }
+        EXPECT_EQ(window.rows[t].residual_penetration, every.rows[t].residual_penetration) << t;
+        EXPECT_EQ(window.rows[t].wrong_side_area, every.rows[t].wrong_side_area) << t;
+        EXPECT_EQ(window.rows[t].true_pairs, every.rows[t].true_pairs) << t;
+    }
+    EXPECT_GT(every.rows[119].residual_penetration, 0.0);
+}
+
 TEST(Resolution, ASceneWithoutAWindowIsBadInput) {
     EXPECT_THROW(make_run(moved_through(-0.1, "[-0.1,0]", 199), spec_of("none")), InputError);
     Scene scene = moved_through(-0.1, "[-0.1,0]", 210);
