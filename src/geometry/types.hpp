@@ -52,6 +52,10 @@ struct Box {
     [[nodiscard]] double squared_distance(const Vector3& p) const {
         return (min - p).cwiseMax(p - max).cwiseMax(0.0).squaredNorm();
     }
+    /// m², to the nearest point of another box; 0 where they overlap, infinite for an empty one.
+    [[nodiscard]] double squared_distance(const Box& other) const {
+        return (min - other.max).cwiseMax(other.min - max).cwiseMax(0.0).squaredNorm();
+    }
     /// Closed boxes: touching counts as overlapping.
     [[nodiscard]] bool overlaps(const Box& other) const {
         return (min.array() <= other.max.array()).all() && (other.min.array() <= max.array()).all();

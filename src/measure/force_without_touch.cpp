@@ -46,10 +46,7 @@ double ForceWithoutTouch::clearance(const Frame& frame, Index pair, double bound
     if (std::any_of(near_.begin(), near_.end(), of_pair)) return 0.0;
     true_near_pairs(*topology_, frame, bound, near_);
     double square = bound * bound;
-    const auto corners = [&](Index triangle) {
-        const auto corner = topology_->triangles.col(triangle);
-        return Corners{frame.position.col(corner[0]), frame.position.col(corner[1]), frame.position.col(corner[2])};
-    };
+    const auto corners = [&](Index triangle) { return corners_of(topology_->triangles, frame.position, triangle); };
     for (const TrianglePair& near : near_) {
         if (!of_pair(near)) continue;
         square = std::min(square, triangle_distance(corners(near.a), corners(near.b)).squared_distance);

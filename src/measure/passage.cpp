@@ -101,11 +101,9 @@ void PassageTruth::place_target(Index body, double jaw) {
     double edges = 0.0;
     const Vector3 origin = target.box.min;
     for (Index t = 0; t < own.triangles.count; ++t) {
-        const auto corners = topology.triangles.col(own.triangles.first + t);
-        const Vector3 a = shape_.col(corners[0]);
-        const Vector3 b = shape_.col(corners[1]);
-        const Vector3 c = shape_.col(corners[2]);
-        const Vector3 area = (b - a).cross(c - a);
+        const Corners corners = corners_of(topology.triangles, shape_, own.triangles.first + t);
+        const auto& [a, b, c] = corners;
+        const Vector3 area = area_normal(corners);
         target.normal.col(t) = area.norm() > 0.0 ? Vector3(area / area.norm()) : Vector3(Vector3::Zero());
         twice_area += area.norm();
         six_volumes += (a - origin).dot(area);
@@ -126,8 +124,8 @@ double PassageTruth::half_width_of(Index body) const {
     const Index stride = 1 + own.triangles.count / most_rays;
     double deepest = 0.0;
     for (Index t = 0; t < own.triangles.count; t += stride) {
-        const auto corners = topology.triangles.col(own.triangles.first + t);
-        const Vector3 middle = (shape_.col(corners[0]) + shape_.col(corners[1]) + shape_.col(corners[2])) / 3.0;
+        const Corners corners = corners_of(topology.triangles, shape_, own.triangles.first + t);
+        const Vector3 middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         const Vector3 inwards = -target.normal.col(t);
         double nearest = across;
         target.rays.visit_along(middle, middle + across * inwards, [&](Index other) {
@@ -265,9 +263,7 @@ bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Directio
     hits_.clear();
     if (from != to) {
         target.rays.visit_along(from, to, [&](Index t) {
-            const Vector3 a = shape_.col(triangles(0, t));
-            const Vector3 b = shape_.col(triangles(1, t));
-            const Vector3 c = shape_.col(triangles(2, t));
+            const auto [a, b, c] = corners_of(triangles, shape_, t);
             const bool below = orientation_sign(a, b, c, from) > 0;
             if (below == (orientation_sign(a, b, c, to) > 0)) return;
             const int side = passing_side(from, to, shape_, triangles(0, t), triangles(1, t));

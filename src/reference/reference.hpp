@@ -140,4 +140,14 @@ std::vector<Vector3> low_pass(const std::vector<Vector3>& samples, double dt, do
 inline constexpr double force_band_hz = 30.0;   ///< Hz, STUDIES: forces are compared below it
 inline constexpr double impulse_window = 0.01;  ///< s, window of the impulse errors
 
+/// Size of a course of forces below force_band_hz.
+struct ForceSize {
+    double rms = 0.0;    ///< N
+    double worst = 0.0;  ///< N; NaN where one force is
+};
+/// Samples are `dt` s apart; there is at least one.
+ForceSize force_in_band(const std::vector<Vector3>& samples, double dt);
+/// N s, largest over windows of impulse_window; NaN where one force is.
+double largest_impulse(const std::vector<Vector3>& samples, double dt);
+
 }  // namespace trocar

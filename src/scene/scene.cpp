@@ -18,6 +18,7 @@
 #include "geometry/mesh_report.hpp"
 #include "geometry/orientation.hpp"
 #include "geometry/size_limits.hpp"
+#include "geometry/triangle_sides.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 #include "scene/rotation.hpp"
@@ -171,27 +172,12 @@ Surface read_part_mesh(const JsonNode& node, const Places& places) {
 
 /// Every edge belongs to exactly two triangles that run it in opposite directions.
 bool is_watertight(const Triangles& triangles) {
-    std::vector<std::array<Index, 3>> sides;  // lower end, higher end, direction
-    sides.reserve(static_cast<std::size_t>(triangles.size()));
-    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
-        for (int corner = 0; corner < 3; ++corner) {
-            const Index a = triangles(corner, t);
-            const Index b = triangles((corner + 1) % 3, t);
-            if (a != b) sides.push_back({std::min(a, b), std::max(a, b), a < b ? 0 : 1});
-        }
-    }
-    std::sort(sides.begin(), sides.end());
-    if (sides.size() % 2 != 0) return false;
-    for (std::size_t i = 0; i < sides.size(); i += 2) {
-        const auto& [low, high, path] = sides[i];
-        if (path != 0 || sides[i + 1] != std::array<Index, 3>{low, high, 1}) return false;
-        if (i > 0 && low == sides[i - 1][0] && high == sides[i - 1][1]) return false;
-    }
-    return true;
+    bool paired = true;
+    for_each_edge(sorted_sides(triangles), [&paired](std::span<const TriangleSide> edge) {
+        paired = paired && edge.size() == 2 && edge[0].forward != edge[1].forward;
+    });
+    return paired;
 }
-
-/// A seam of vertices stored twice is no hole: vertices at the same place are taken as one.
-Index hole_edges(const Surface& surface) { return boundary_edges(surface.vertices, surface.triangles); }
 
 struct Part {
     Surface surface;                   ///< m, body frame
@@ -287,7 +273,8 @@ Part read_part(const JsonNode& node, const Places& places, BodyKind kind, std::v
         // Vertices of tissue have a mass each: two at one place are two.
         leave_out_repeated(*part.mesh, kind != BodyKind::tissue, part, notes);
         part.watertight = is_watertight(part.surface.triangles);
-        if (!part.watertight) part.hole_edges = hole_edges(part.surface);
+        // A seam of vertices stored twice is no hole.
+        if (!part.watertight) part.hole_edges = boundary_edges(part.surface.vertices, part.surface.triangles);
     } else if (node.find("shape")) {
         std::vector<std::string> names;
         for (const Shape& shape : shapes()) names.push_back(shape.name);
@@ -840,6 +827,30 @@ Frame scripted_frame(const Scene& scene, std::int64_t tick) {
     }
     frame.previous = frame.position;
     return frame;
+}
+
+Index shown_body(const Scene& scene) {
+    Index shown = -1;
+    for (Index b = 0; at(b) < std::min(scene.topology.bodies.size(), scene.bodies.size()); ++b) {
+        if (scene.topology.bodies[at(b)].kind != BodyKind::instrument) continue;
+        if (shown < 0 || (scene.bodies[at(b)].motion && !scene.bodies[at(shown)].motion)) shown = b;
+    }
+    return shown;
+}
+
+std::vector<Index> operators_of_bodies(const Scene& scene) {
+    const std::vector<BodyRange>& bodies = scene.topology.bodies;
+    std::vector<Index> number(bodies.size(), -1);
+    Index count = 0;
+    for (std::size_t b = 0; b < std::min(bodies.size(), scene.bodies.size()); ++b) {
+        const std::optional<Motion>& motion = scene.bodies[b].motion;
+        if (!motion || motion->drive != Drive::simulated_operator) continue;
+        for (std::size_t other = 0; other < b && !bodies[b].instrument.empty(); ++other) {
+            if (bodies[other].instrument == bodies[b].instrument) number[b] = std::max(number[b], number[other]);
+        }
+        if (number[b] < 0) number[b] = count++;
+    }
+    return number;
 }
 
 void place_body(const SceneBody& body, Range vertices, const Pose& pose, Matrix3X& position) {
