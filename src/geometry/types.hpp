@@ -16,6 +16,9 @@ inline std::size_t at(std::ptrdiff_t number) { return static_cast<std::size_t>(n
 /// A subscript as an index of Eigen.
 inline Eigen::Index eigen_index(std::size_t number) { return static_cast<Eigen::Index>(number); }
 
+/// A number that does not apply or that nobody has computed. Zero would pass for an answer.
+inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+
 using Vector3 = Eigen::Vector3d;  ///< Point, direction or force; world frame, SI units unless said otherwise.
 using Matrix3 = Eigen::Matrix3d;
 using Quaternion = Eigen::Quaterniond;

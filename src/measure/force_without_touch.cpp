@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "geometry/triangle_distance.hpp"
 #include "measure/pair_truth.hpp"
@@ -100,7 +99,7 @@ void ForceWithoutTouch::observe(const Frame& after, const ResponseOutput& output
 
 double ForceWithoutTouch::largest() const {
     constexpr double of_peak = 0.01;
-    double largest = std::numeric_limits<double>::quiet_NaN();
+    double largest = not_known;
     if (unreported_) return largest;
     for (const Pair& pair : pairs_) {
         for (const Sample& one : pair.samples) {

@@ -10,8 +10,6 @@
 namespace trocar {
 namespace {
 
-constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
-
 double ratio(double part, double whole) { return whole > 0.0 ? part / whole : not_known; }
 
 double largest(const std::vector<double>& values) { return quantile(values, 1.0); }

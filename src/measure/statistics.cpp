@@ -4,11 +4,10 @@
 #include <cmath>
 
 #include "geometry/random.hpp"
+#include "geometry/types.hpp"
 
 namespace trocar {
 namespace {
-
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// The middle 95 % of the resampled statistics (percentile bootstrap, Efron and Tibshirani 1993, ch. 13).
 Bounds middle(const std::vector<double>& statistics) {
@@ -37,7 +36,7 @@ double median(std::vector<double> values) { return quantile(std::move(values), 0
 
 double quantile(std::vector<double> values, double q) {
     std::erase_if(values, [](double value) { return std::isnan(value); });
-    if (values.empty()) return no_value;
+    if (values.empty()) return not_known;
     std::sort(values.begin(), values.end());
     return quantile_of_sorted(values, q);
 }
@@ -53,11 +52,11 @@ double geometric_mean(const std::vector<double>& values) {
     std::size_t count = 0;
     for (const double value : values) {
         if (std::isnan(value)) continue;
-        if (!(value > 0.0)) return no_value;
+        if (!(value > 0.0)) return not_known;
         sum += std::log(value);
         ++count;
     }
-    return count == 0 ? no_value : std::exp(sum / static_cast<double>(count));
+    return count == 0 ? not_known : std::exp(sum / static_cast<double>(count));
 }
 
 Bounds bootstrap(const std::vector<double>& values, const Statistic& statistic, std::uint64_t seed, int resamples) {

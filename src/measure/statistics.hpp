@@ -4,9 +4,10 @@
 
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <vector>
+
+#include "geometry/types.hpp"
 
 namespace trocar {
 
@@ -27,8 +28,8 @@ std::optional<double> tail_quantile(const std::vector<double>& values, double q)
 double geometric_mean(const std::vector<double>& values);
 
 struct Bounds {
-    double low = std::numeric_limits<double>::quiet_NaN();
-    double high = std::numeric_limits<double>::quiet_NaN();
+    double low = not_known;
+    double high = not_known;
 };
 
 using Statistic = std::function<double(std::vector<double>)>;

@@ -406,7 +406,7 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
     ReferenceSolution solution;
     solution.time_step = best.step;
     solution.residual = best.residual;
-    solution.worst_gap = std::isfinite(best.worst_gap) ? best.worst_gap : ReferenceSolution::unset;
+    solution.worst_gap = std::isfinite(best.worst_gap) ? best.worst_gap : not_known;
     if (hard) solution.rest_gap = runs.rest_gap(stiffness);
     solution.max_strain = best.strain;
     solution.max_strain_time = best.strain_time;

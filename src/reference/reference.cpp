@@ -91,7 +91,7 @@ std::string solution_text(const ReferenceSolution& solution) {
     return text + "]}";
 }
 
-double number_or_unset(const JsonNode& node) { return node.is_null() ? ReferenceSolution::unset : node.number(); }
+double number_or_unset(const JsonNode& node) { return node.is_null() ? not_known : node.number(); }
 
 std::array<double, 2> pair_from(const JsonNode& node) {
     const std::vector<JsonNode> list = node.list();
@@ -266,7 +266,7 @@ std::string FoundReference::message() const {
 FoundReference find_reference(const Scene& scene) {
     FoundReference found = look_up(scene, scene.turned_k);
     if (!std::isnan(scene.turned_k)) {
-        found.reference.hard = look_up(scene, ReferenceSolution::unset).reference.hard;
+        found.reference.hard = look_up(scene, not_known).reference.hard;
     }
     return found;
 }
@@ -347,20 +347,19 @@ void ReferenceComparison::observe(double time, const Vector3& tool_force, const 
 }
 
 ReferenceErrors ReferenceComparison::errors() const {
-    constexpr double unset = ReferenceSolution::unset;
     ReferenceErrors errors;
     for (std::size_t i = 0; i < laws_.size(); ++i) {
         const Law& law = laws_.at(i);
         const bool known = law.solution != nullptr && !law.force_difference.empty();
-        const ForceSize size = known ? force_in_band(law.force_difference, dt_) : ForceSize{unset, unset};
+        const ForceSize size = known ? force_in_band(law.force_difference, dt_) : ForceSize{not_known, not_known};
         const bool places = known && law.position_count > 0.0;
         ReferenceErrors::Law& error = i == 0 ? errors.equal_k : errors.hard;
         error.force_rms = size.rms;
         error.force_worst = size.worst;
-        error.impulse_worst = known ? largest_impulse(law.force_difference, dt_) : unset;
-        error.position_rms = places ? std::sqrt(law.position_squares / law.position_count) : unset;
-        error.position_worst = places ? law.position_worst : unset;
-        error.force_bound = known ? law.solution->force_bound : unset;
+        error.impulse_worst = known ? largest_impulse(law.force_difference, dt_) : not_known;
+        error.position_rms = places ? std::sqrt(law.position_squares / law.position_count) : not_known;
+        error.position_worst = places ? law.position_worst : not_known;
+        error.force_bound = known ? law.solution->force_bound : not_known;
     }
     errors.hard_clears = clears_;
     return errors;

@@ -491,8 +491,7 @@ BodyPlan read_body(const JsonNode& node, const Places& places) {
     BodyPlan plan;
     plan.body.name = node.at("name").text();
     const std::string kind = node.at("kind").word(body_kind_words);
-    plan.body.kind = static_cast<BodyKind>(std::find(body_kind_words.begin(), body_kind_words.end(), kind) -
-                                           body_kind_words.begin());
+    plan.body.kind = body_kind_of(kind);
     for (const char* key : {"instrument", "motion", "trocar", "tip", "hinge"}) {
         if (plan.body.kind != BodyKind::instrument && node.has(key)) {
             node.at(key).fail(fmt::format("'{}' at an instrument only", key), fmt::format("one at a {} body", kind));
