@@ -16,7 +16,7 @@ public:
     /// Adapts the boxes to moved vertices.
     void refit(const Triangles& triangles, const Matrix3X& position);
     [[nodiscard]] bool empty() const { return nodes_.empty(); }
-    /// Of all triangles; empty without any.
+    /// Box of all triangles; empty without any.
     [[nodiscard]] Box box() const { return nodes_.empty() ? Box{} : nodes_.front().box; }
 
     /// Calls act(triangle) for every triangle that may be nearer to p than those before it. `act` returns the squared

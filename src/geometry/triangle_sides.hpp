@@ -21,7 +21,7 @@ struct TriangleSide {
 /// vertex to itself is left out.
 std::vector<TriangleSide> sorted_sides(const Triangles& triangles, std::span<const Index> chosen);
 std::vector<TriangleSide> sorted_sides(const Triangles& triangles, Range range);
-/// Of all triangles.
+/// Sides of all triangles.
 std::vector<TriangleSide> sorted_sides(const Triangles& triangles);
 
 /// Calls act(sides of one edge) for each edge, in ascending order.

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <set>
 #include <utility>
 
 #include "geometry/exact.hpp"
@@ -153,31 +153,14 @@ void PassageTruth::add_samples(Direction& direction) const {
     const BodyRange& own = range(direction.from);
     const Triangles& triangles = scene_->topology.triangles;
     const Matrix3X& position = scene_->first.position;
-    std::vector<std::array<Index, 2>> edges;
-    edges.reserve(3 * at(own.triangles.count));
+    std::set<std::array<Index, 2>> edges;
+    double length = 0.0;
     for (Index t = own.triangles.first; t < own.triangles.end(); ++t) {
         for (int corner = 0; corner < 3; ++corner) {
             const auto [u, v] = std::minmax(triangles(corner, t), triangles((corner + 1) % 3, t));
-            edges.push_back({u, v});
+            if (edges.insert({u, v}).second) length += (position.col(v) - position.col(u)).norm();
         }
     }
-    // The length is summed as the edges come first, whatever their numbers.
-    double length = 0.0;
-    {
-        std::vector<std::size_t> order(edges.size());
-        std::iota(order.begin(), order.end(), std::size_t{0});
-        std::sort(order.begin(), order.end(), [&edges](std::size_t i, std::size_t j) {
-            return edges[i] < edges[j] || (edges[i] == edges[j] && i < j);
-        });
-        std::vector<std::uint8_t> first_time(edges.size(), 0);
-        for (std::size_t i = 0; i < order.size(); ++i)
-            first_time[order[i]] = i == 0 || edges[order[i]] != edges[order[i - 1]] ? 1 : 0;
-        for (std::size_t i = 0; i < edges.size(); ++i) {
-            if (first_time[i] != 0) length += (position.col(edges[i][1]) - position.col(edges[i][0])).norm();
-        }
-    }
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     for (Index v = own.vertices.first; v < own.vertices.end(); ++v) direction.samples.push_back({v, v, 0.0});
     const double spacing = std::max(targets_[at(direction.into)].thickness, length / most_samples);
     for (const auto& [u, v] : edges) {

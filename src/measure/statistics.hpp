@@ -20,8 +20,8 @@ double median(std::vector<double> values);
 /// Quantile 0 <= q <= 1 by linear interpolation between order statistics (Hyndman and Fan 1996, type 7); NaN for none.
 double quantile(std::vector<double> values, double q);
 
-/// As quantile, but nothing ("n too small") below the smallest count from which it is printed: 1 up to q = 0.9, 1000
-/// up to 0.99, 1e5 beyond (STUDIES, Measuring).
+/// As quantile, but nothing ("n too small") for too few values. The smallest count is 1 up to q = 0.9, 1000 up to 0.99,
+/// 1e5 beyond (STUDIES, Measuring).
 std::optional<double> tail_quantile(const std::vector<double>& values, double q);
 
 /// Positive values only; NaN for none or when one is not positive.

@@ -221,7 +221,7 @@ Reference read_reference(const std::filesystem::path& file) {
     root.at("format").expect_word(format_name);
     Reference reference;
     reference.scene = root.at("scene").text();
-    reference.scene_hash = root.at("scene_hash").text();
+    reference.scene_hash = root.at("scene_hash").any_text();
     if (const auto turned_k = root.find("turned_k")) reference.turned_k = number_or_unset(*turned_k);
     const JsonNode origin = root.at("origin");
     for (const std::string& key : origin.keys()) reference.origin[key] = origin.at(key).any_text();

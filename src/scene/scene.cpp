@@ -17,6 +17,7 @@
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_report.hpp"
 #include "geometry/orientation.hpp"
+#include "geometry/rigid_motion.hpp"
 #include "geometry/size_limits.hpp"
 #include "geometry/triangle_sides.hpp"
 #include "geometry/whole_file.hpp"
@@ -51,16 +52,6 @@ struct BodyPlan {
     std::vector<std::string> notes;  ///< what was made otherwise than the file has it
     std::string pinned_place;        ///< where the file says that the rim is pinned, or leaves it unsaid
 };
-
-void apply(const Matrix3& rotation, const Vector3& translation, Eigen::Ref<Matrix3X> points) {
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-        const Vector3 p = points.col(i);
-        for (int row = 0; row < 3; ++row) {
-            points(row, i) =
-                rotation(row, 0) * p.x() + rotation(row, 1) * p.y() + rotation(row, 2) * p.z() + translation[row];
-        }
-    }
-}
 
 struct PoseNumbers {
     Vector3 translation;
@@ -293,8 +284,8 @@ Part read_part(const JsonNode& node, const Places& places, BodyKind kind, std::v
     if (const auto scale = node.find("scale")) part.surface.vertices *= scale->positive();
     if (const auto pose = node.find("pose")) {
         const PoseNumbers numbers = read_pose(*pose);
-        apply(rotation_from_degrees(numbers.rotation_degrees).toRotationMatrix(), numbers.translation,
-              part.surface.vertices);
+        transform_points(rotation_from_degrees(numbers.rotation_degrees).toRotationMatrix(), numbers.translation,
+                         part.surface.vertices);
     }
     part.surface.vertices *= places.metres;
     if (const auto jaw = node.find("jaw")) part.jaw = jaw->word({"left", "right"});
@@ -861,9 +852,9 @@ void place_body(const SceneBody& body, Range vertices, const Pose& pose, Matrix3
         const Matrix3 turn = rotation_from_degrees(angle * jaw.axis).toRotationMatrix();
         auto part = position.middleCols(jaw.vertices.first, jaw.vertices.count);
         part.colwise() -= jaw.hinge;
-        apply(turn, jaw.hinge, part);
+        transform_points(turn, jaw.hinge, part);
     }
-    apply(pose.rotation.toRotationMatrix(), pose.translation, points);
+    transform_points(pose.rotation.toRotationMatrix(), pose.translation, points);
 }
 
 }  // namespace trocar
