@@ -7,9 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "geometry/box_pairs.hpp"
 #include "geometry/crossing.hpp"
-#include "geometry/exact.hpp"
+#include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
 #include "scene/shapes.hpp"
 
@@ -108,20 +107,7 @@ PairClass make_class(std::string name, BodyKind kind_a, BodyKind kind_b, std::ve
     materials.trocar_point.resize(2);
     materials.tip.assign(2, Vector3(0.0, 0.0, 0.1));
 
-    std::vector<Box> boxes;
-    triangle_boxes(frame.position, topology.triangles, boxes);
-    std::vector<IndexPair> candidates;
-    overlapping_boxes(boxes, topology.bodies[0].triangles, topology.bodies[1].triangles, candidates);
-    const auto corners = [&](Index t) {
-        const auto c = topology.triangles.col(t);
-        return Corners{frame.position.col(c[0]), frame.position.col(c[1]), frame.position.col(c[2])};
-    };
-    for (const IndexPair& pair : candidates) {
-        if (oracle_intersect(corners(pair.first), corners(pair.second))) {
-            result.contacts.pairs.push_back({pair.first, pair.second});
-        }
-    }
-    result.contacts.sort_pairs();
+    true_pairs(topology, frame, result.contacts.pairs);
     const std::unique_ptr<ContactGenerator> generator = make_contact_generator("intersection");
     generator->prepare(topology, frame);
     generator->gather(frame, result.contacts);

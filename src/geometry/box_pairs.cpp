@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "geometry/exact.hpp"
+
 namespace trocar {
 namespace {
 
@@ -32,15 +34,10 @@ void collect(const std::vector<Box>& boxes, Range range, const Box& region, int 
 
 void triangle_boxes(const Matrix3X& position, const Triangles& triangles, std::vector<Box>& boxes) {
     boxes.resize(static_cast<std::size_t>(triangles.cols()));
-    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
-        const auto a = position.col(triangles(0, t));
-        const auto b = position.col(triangles(1, t));
-        const auto c = position.col(triangles(2, t));
-        Box& box = boxes[static_cast<std::size_t>(t)];
-        box = {};
-        if (!a.allFinite() || !b.allFinite() || !c.allFinite()) continue;
-        box.min = a.cwiseMin(b).cwiseMin(c);
-        box.max = a.cwiseMax(b).cwiseMax(c);
+    for (Index t = 0; t < triangles.cols(); ++t) {
+        const Corners corners = corners_of(triangles, position, t);
+        const bool finite = std::all_of(corners.begin(), corners.end(), [](const Vector3& c) { return c.allFinite(); });
+        boxes[at(t)] = finite ? box_of(corners) : Box{};
     }
 }
 

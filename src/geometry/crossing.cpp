@@ -12,8 +12,6 @@ constexpr double interval_tolerance = 1e-12;  ///< m; gap up to which two interv
 constexpr double case_tolerance = 1e-9;       ///< m; inclusion of intervals, touch (METHODS §3.1)
 constexpr double smallest_altitude = 1e-6;    ///< m (METHODS §3.1)
 
-Vector3 area_normal(const Corners& t) { return (t[1] - t[0]).cross(t[2] - t[0]); }
-
 /// Smallest altitude: twice the area over the longest edge; 0 for a point.
 double altitude(const Corners& t, double normal_length) {
     const double longest =

@@ -22,24 +22,26 @@ enum class CrossingCase : std::uint8_t { unset, first_enters_second, second_ente
 struct CrossingEnd {
     int triangle = -1;
     int edge = -1;
-    Vector3 point = Vector3::Constant(std::numeric_limits<double>::quiet_NaN());  ///< m, world
+    Vector3 point = Vector3::Constant(not_known);  ///< m, world
 };
 
 /// All fields are set for kinds touch and crossing, depths and normals for all but degenerate; the others are NaN.
 struct Crossing {
-    static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
     CrossingKind kind = CrossingKind::none;
     CrossingCase overlap_case = CrossingCase::unset;
-    std::array<double, 3> first_depth{unset, unset, unset};   ///< of first's corners below second's plane, m, + inside
-    std::array<double, 3> second_depth{unset, unset, unset};  ///< of second's corners below first's plane, m, + inside
-    Vector3 first_normal = Vector3::Constant(unset);          ///< unit outer normal of first
-    Vector3 second_normal = Vector3::Constant(unset);
+    std::array<double, 3> first_depth{not_known, not_known,
+                                      not_known};  ///< of first's corners below second's plane, m, + inside
+    std::array<double, 3> second_depth{not_known, not_known,
+                                       not_known};        ///< of second's corners below first's plane, m, + inside
+    Vector3 first_normal = Vector3::Constant(not_known);  ///< unit outer normal of first
+    Vector3 second_normal = Vector3::Constant(not_known);
     /// Unit, along the common line of the planes, from the middle of first's interval to the middle of second's. A
     /// shift of second along it by `length` separates the two (thesis eq. 3.5 and 3.9; orientation METHODS §6).
-    Vector3 direction = Vector3::Constant(unset);
-    double length = unset;                               ///< m, metric length of the overlap of the two intervals, >= 0
-    std::array<double, 2> first_interval{unset, unset};  ///< m, along `direction` from first's corner 0, ascending
-    std::array<double, 2> second_interval{unset, unset};
+    Vector3 direction = Vector3::Constant(not_known);
+    double length = not_known;  ///< m, metric length of the overlap of the two intervals, >= 0
+    std::array<double, 2> first_interval{not_known,
+                                         not_known};  ///< m, along `direction` from first's corner 0, ascending
+    std::array<double, 2> second_interval{not_known, not_known};
     /// Ends of the overlap along `direction`: both of the entering triangle, or one of each where edges cross.
     std::array<CrossingEnd, 2> ends{};
 };

@@ -1,8 +1,6 @@
 #include "geometry/enclosed_volume.hpp"
 
-#include <algorithm>
-#include <map>
-#include <utility>
+#include "geometry/triangle_sides.hpp"
 
 namespace trocar {
 
@@ -30,17 +28,6 @@ void add_volume_gradient(const Triangles& triangles, const Points& position, dou
     }
 }
 
-Index open_edges(const Triangles& triangles) {
-    std::map<std::pair<Index, Index>, int> runs;  // runs in one direction minus runs in the other
-    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
-        for (int corner = 0; corner < 3; ++corner) {
-            const Index a = triangles(corner, t);
-            const Index b = triangles((corner + 1) % 3, t);
-            if (a != b) runs[{std::min(a, b), std::max(a, b)}] += a < b ? 1 : -1;
-        }
-    }
-    return static_cast<Index>(
-        std::count_if(runs.begin(), runs.end(), [](const auto& edge) { return edge.second != 0; }));
-}
+Index open_edges(const Triangles& triangles) { return static_cast<Index>(rim_of(sorted_sides(triangles)).size()); }
 
 }  // namespace trocar

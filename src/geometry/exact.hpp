@@ -27,6 +27,8 @@ inline Corners corners_of(const Triangles& triangles, const Matrix3X& position, 
     const auto corner = triangles.col(triangle);
     return {position.col(corner[0]), position.col(corner[1]), position.col(corner[2])};
 }
+/// Normal by the right-hand rule, twice as long as the area.
+inline Vector3 area_normal(const Corners& corners) { return (corners[1] - corners[0]).cross(corners[2] - corners[0]); }
 inline Box box_of(const Corners& corners) {
     return {corners[0].cwiseMin(corners[1]).cwiseMin(corners[2]), corners[0].cwiseMax(corners[1]).cwiseMax(corners[2])};
 }

@@ -10,6 +10,7 @@
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_text.hpp"
 #include "geometry/random.hpp"
+#include "geometry/rigid_motion.hpp"
 #include "geometry/whole_file.hpp"
 
 namespace trocar {
@@ -80,14 +81,8 @@ void pose_vertices(double scale, const Vector3& translation, const Vector3& rota
     const double length = rotation_degrees.norm();
     const Vector3 axis = length > 0.0 ? Vector3(rotation_degrees / length) : Vector3::UnitZ();
     const Matrix3 r = Eigen::AngleAxisd(length * (std::numbers::pi / 180.0), axis).toRotationMatrix();
-    for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
-        const double x = scale * vertices(0, i);
-        const double y = scale * vertices(1, i);
-        const double z = scale * vertices(2, i);
-        for (int row = 0; row < 3; ++row) {
-            vertices(row, i) = (r(row, 0) * x + r(row, 1) * y + r(row, 2) * z) + translation[row];
-        }
-    }
+    vertices *= scale;
+    transform_points(r, translation, vertices);
 }
 
 void weld(Matrix3X& vertices, Triangles& triangles) {

@@ -5,11 +5,11 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <tuple>
 #include <vector>
 
 #include "geometry/exact.hpp"
 #include "geometry/pairs_apart.hpp"
+#include "geometry/triangle_sides.hpp"
 
 namespace trocar {
 namespace {
@@ -28,32 +28,6 @@ private:
     Index& parent(Index i) { return parent_[static_cast<std::size_t>(i)]; }
     std::vector<Index> parent_;
 };
-
-/// One side of a triangle, from its lower to its higher vertex.
-struct Side {
-    Index low;
-    Index high;
-    Index triangle;
-    bool forward;  ///< the triangle's direction is low to high
-    bool operator<(const Side& other) const {
-        return std::tie(low, high, triangle, forward) < std::tie(other.low, other.high, other.triangle, other.forward);
-    }
-};
-
-/// All sides, sorted so that those of one edge are adjacent.
-std::vector<Side> sorted_sides(const Triangles& triangles) {
-    std::vector<Side> sides;
-    sides.reserve(3 * static_cast<std::size_t>(triangles.cols()));
-    for (Index t = 0; t < triangles.cols(); ++t) {
-        for (int corner = 0; corner < 3; ++corner) {
-            const Index from = triangles(corner, t);
-            const Index to = triangles((corner + 1) % 3, t);
-            sides.push_back({std::min(from, to), std::max(from, to), t, from < to});
-        }
-    }
-    std::sort(sides.begin(), sides.end());
-    return sides;
-}
 
 Triangles without_collapsed(const Triangles& triangles) {
     Triangles kept(3, triangles.cols());
@@ -75,30 +49,28 @@ Index corner_number(const Triangles& triangles, Index t, Index v) {
 }
 
 void count_edges(const Triangles& triangles, Index vertex_count, MeshReport& report) {
-    const std::vector<Side> sides = sorted_sides(triangles);
     Sets shells(static_cast<std::size_t>(triangles.cols()));
     Sets fans(static_cast<std::size_t>(triangles.size()));  // corners of triangles around their vertices
     Sets loops(static_cast<std::size_t>(vertex_count));
     std::vector<Index> boundary_vertices;
-    for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
-        const Side& side = sides[first];
-        while (end < sides.size() && sides[end].low == side.low && sides[end].high == side.high) ++end;
-        for (std::size_t i = first + 1; i < end; ++i) {
-            shells.merge(side.triangle, sides[i].triangle);
+    for_each_edge(sorted_sides(triangles), [&](std::span<const TriangleSide> edge) {
+        const TriangleSide& side = edge.front();
+        for (const TriangleSide& other : edge.subspan(1)) {
+            shells.merge(side.triangle, other.triangle);
             for (const Index v : {side.low, side.high}) {
-                fans.merge(corner_number(triangles, side.triangle, v), corner_number(triangles, sides[i].triangle, v));
+                fans.merge(corner_number(triangles, side.triangle, v), corner_number(triangles, other.triangle, v));
             }
         }
-        if (end - first == 1) {
+        if (edge.size() == 1) {
             ++report.boundary_edges;
             loops.merge(side.low, side.high);
             boundary_vertices.push_back(side.low);
-        } else if (end - first > 2) {
+        } else if (edge.size() > 2) {
             ++report.non_manifold_edges;
-        } else if (side.forward == sides[first + 1].forward) {
+        } else if (side.forward == edge[1].forward) {
             ++report.flipped_edges;
         }
-    }
+    });
     for (Index t = 0; t < triangles.cols(); ++t) report.shells += shells.find(t) == t ? 1 : 0;
     for (Index& v : boundary_vertices) v = loops.find(v);
     std::sort(boundary_vertices.begin(), boundary_vertices.end());
@@ -120,14 +92,12 @@ void count_edges(const Triangles& triangles, Index vertex_count, MeshReport& rep
 void measure_triangles(const Matrix3X& vertices, const Triangles& triangles, MeshReport& report) {
     std::vector<double> longest;
     longest.reserve(static_cast<std::size_t>(triangles.cols()));
-    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
-        const Vector3 a = vertices.col(triangles(0, t));
-        const Vector3 b = vertices.col(triangles(1, t));
-        const Vector3 c = vertices.col(triangles(2, t));
+    for (Index t = 0; t < triangles.cols(); ++t) {
+        const Corners corners = corners_of(triangles, vertices, t);
+        const auto& [a, b, c] = corners;
         const double edge = std::sqrt(std::max({(b - a).squaredNorm(), (c - b).squaredNorm(), (a - c).squaredNorm()}));
         longest.push_back(edge);
-        const double twice_area = (b - a).cross(c - a).norm();
-        if (twice_area < 1e-7 * edge * edge) ++report.degenerate_triangles;
+        if (area_normal(corners).norm() < 1e-7 * edge * edge) ++report.degenerate_triangles;
         report.signed_volume += a.dot(b.cross(c)) / 6.0;
     }
     report.median_longest_edge = std::numeric_limits<double>::quiet_NaN();
@@ -160,9 +130,7 @@ int corners_in_plane(const Corners& face, const Corners& other) {
 
 void count_self_intersections(const Matrix3X& vertices, const Triangles& triangles, std::int64_t most_tests,
                               MeshReport& report) {
-    const auto corners = [&](Index t) {
-        return Corners{vertices.col(triangles(0, t)), vertices.col(triangles(1, t)), vertices.col(triangles(2, t))};
-    };
+    const auto corners = [&](Index t) { return corners_of(triangles, vertices, t); };
     const auto count = [&](Index s, Index t) {
         const Corners first = corners(std::min(s, t));
         const Corners second = corners(std::max(s, t));

@@ -194,15 +194,9 @@ double determinant(const Vector3& a, const Vector3& b, const Vector3& c) { retur
 /// differences, each at most `extent` in every coordinate, has 6 terms of at most `extent`³. Its error
 /// is below 1e-14·`extent`³; the test requires ten times that.
 std::optional<PairClass> obvious_class(const Corners& first, const Corners& second) {
-    Vector3 low = first[0];
-    Vector3 high = first[0];
-    for (const Corners* t : {&first, &second}) {
-        for (const Vector3& p : *t) {
-            low = low.cwiseMin(p);
-            high = high.cwiseMax(p);
-        }
-    }
-    const double extent = (high - low).maxCoeff();
+    Box box = box_of(first);
+    box.add(box_of(second));
+    const double extent = (box.max - box.min).maxCoeff();
     if (!(extent > 1e-90 && extent < 1e90)) return std::nullopt;
     const double doubt = 1e-13 * extent * extent * extent;
     const std::array<const Corners*, 2> triangle{&first, &second};

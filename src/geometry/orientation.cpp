@@ -6,37 +6,19 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <tuple>
 
+#include "geometry/exact.hpp"
 #include "geometry/mesh_file.hpp"
+#include "geometry/triangle_sides.hpp"
 
 namespace trocar {
 namespace {
 
-/// One side of a triangle, from its lower to its higher vertex.
-struct ShellSide {
-    Index low;
-    Index high;
-    Index triangle;
-    bool forward;  ///< the triangle's direction is low to high
-    bool operator<(const ShellSide& other) const {
-        return std::tie(low, high, triangle) < std::tie(other.low, other.high, other.triangle);
-    }
-};
+using Edge = std::span<const TriangleSide>;
 
-std::vector<ShellSide> shell_sides(const Triangles& triangles) {
-    std::vector<ShellSide> sides;
-    for (Index t = 0; t < triangles.cols(); ++t) {
-        const auto c = triangles.col(t);
-        if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
-        for (int corner = 0; corner < 3; ++corner) {
-            const Index from = c[corner];
-            const Index to = c[(corner + 1) % 3];
-            sides.push_back({std::min(from, to), std::max(from, to), t, from < to});
-        }
-    }
-    std::sort(sides.begin(), sides.end());
-    return sides;
+bool is_collapsed(const Triangles& triangles, Index t) {
+    const auto c = triangles.col(t);
+    return c[0] == c[1] || c[1] == c[2] || c[2] == c[0];
 }
 
 /// A neighbour across an edge, and whether both traverse it in the same direction, which is an error.
@@ -51,7 +33,7 @@ public:
     explicit Shells(Index triangles)
         : neighbours_(at(triangles)), shell_(at(triangles), -1), turned_(at(triangles), 0) {}
 
-    void connect(const ShellSide& a, const ShellSide& b) {
+    void connect(const TriangleSide& a, const TriangleSide& b) {
         const bool disagrees = a.forward == b.forward;
         neighbours_[at(a.triangle)].push_back({b.triangle, disagrees});
         neighbours_[at(b.triangle)].push_back({a.triangle, disagrees});
@@ -96,26 +78,18 @@ OrientationReport orientation_of(const Matrix3X& given_vertices, const Triangles
     Matrix3X vertices = given_vertices;
     Triangles triangles = given_triangles;
     weld(vertices, triangles);
-    const std::vector<ShellSide> sides = shell_sides(triangles);
+    std::vector<TriangleSide> sides = sorted_sides(triangles);
+    std::erase_if(sides, [&triangles](const TriangleSide& side) { return is_collapsed(triangles, side.triangle); });
     OrientationReport report;
     Shells shells(static_cast<Index>(triangles.cols()));
-    struct Edge {
-        std::size_t first;
-        std::size_t end;
-    };
-    std::vector<Edge> edges;
-    for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
-        while (end < sides.size() && sides[end].low == sides[first].low && sides[end].high == sides[first].high) ++end;
-        edges.push_back({first, end});
-    }
-    report.closed =
-        !edges.empty() && std::none_of(edges.begin(), edges.end(), [](const Edge& e) { return e.end - e.first == 1; });
+    report.closed = !sides.empty();
+    for_each_edge(sides, [&report](Edge edge) { report.closed = report.closed && edge.size() > 1; });
     std::vector<std::uint8_t> unsure(at(static_cast<Index>(triangles.cols())), 0);  // at a hole or a disagreeing edge
-    for (const Edge& edge : edges) {
-        const auto begin = sides.begin() + static_cast<std::ptrdiff_t>(edge.first);
-        const auto end = sides.begin() + static_cast<std::ptrdiff_t>(edge.end);
+    for_each_edge(sides, [&](Edge edge) {
+        const auto begin = edge.begin();
+        const auto end = edge.end();
         const auto count = end - begin;
-        const auto forward = std::count_if(begin, end, [](const ShellSide& side) { return side.forward; });
+        const auto forward = std::count_if(begin, end, [](const TriangleSide& side) { return side.forward; });
         const auto difference = std::abs(2 * forward - count);
         if (count == 1) {
             unsure[at(begin->triangle)] = 1;
@@ -124,22 +98,22 @@ OrientationReport orientation_of(const Matrix3X& given_vertices, const Triangles
         } else {
             // At an edge with more than two triangles, those of opposite directions belong together.
             const auto opposite =
-                std::find_if(begin + 1, end, [&](const ShellSide& side) { return side.forward != begin->forward; });
+                std::find_if(begin + 1, end, [&](const TriangleSide& side) { return side.forward != begin->forward; });
             for (auto side = begin + 1; side != end; ++side) {
                 if (side->forward != begin->forward) shells.connect(*begin, *side);
                 if (side->forward == begin->forward && opposite != end) shells.connect(*opposite, *side);
             }
         }
-        if (difference <= (report.closed ? 0 : count % 2)) continue;
+        if (difference <= (report.closed ? 0 : count % 2)) return;
         ++report.disagreeing_edges;
         for (auto side = begin; side != end; ++side) unsure[at(side->triangle)] = 1;
-        if (report.first_disagreeing[0] >= 0) continue;
+        if (report.first_disagreeing[0] >= 0) return;
         const bool path = 2 * forward > count;
-        const auto first = std::find_if(begin, end, [path](const ShellSide& side) { return side.forward == path; });
+        const auto first = std::find_if(begin, end, [path](const TriangleSide& side) { return side.forward == path; });
         const auto second =
-            std::find_if(first + 1, end, [path](const ShellSide& side) { return side.forward == path; });
+            std::find_if(first + 1, end, [path](const TriangleSide& side) { return side.forward == path; });
         report.first_disagreeing = {first->triangle, second == end ? first->triangle : second->triangle};
-    }
+    });
     bool all_consistent = true;
     shells.for_each([&](const std::vector<Index>& members, bool consistent) {
         all_consistent = all_consistent && consistent;
@@ -194,8 +168,8 @@ double winding_number(const Matrix3X& vertices, const Triangles& triangles, cons
 }
 
 bool is_cavity(const Matrix3X& vertices, const Triangles& triangles, const ShellInsideOut& shell) {
-    const auto corners = triangles.col(shell.triangles.front());
-    const Vector3 middle = (vertices.col(corners[0]) + vertices.col(corners[1]) + vertices.col(corners[2])) / 3.0;
+    const Corners corners = corners_of(triangles, vertices, shell.triangles.front());
+    const Vector3 middle = (corners[0] + corners[1] + corners[2]) / 3.0;
     // A shell that touches the surrounding surface (winding number one half there) is a cavity too.
     constexpr double surrounded = 0.25;
     return shell.volume < 0.0 && winding_number(vertices, triangles, middle, shell.triangles) > surrounded;
@@ -234,8 +208,8 @@ std::vector<std::array<Index, 2>> repeated_triangles(const Matrix3X& given_verti
     std::vector<std::array<Index, 4>> turned;  // lowest corner first, then the triangle's number
     turned.reserve(at(static_cast<Index>(triangles.cols())));
     for (Index t = 0; t < triangles.cols(); ++t) {
+        if (is_collapsed(triangles, t)) continue;
         const auto c = triangles.col(t);
-        if (c[0] == c[1] || c[1] == c[2] || c[2] == c[0]) continue;
         const int low = static_cast<int>(std::min_element(c.data(), c.data() + 3) - c.data());
         turned.push_back({c[low], c[(low + 1) % 3], c[(low + 2) % 3], t});
     }

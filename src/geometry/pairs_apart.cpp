@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 
 #include "geometry/box_pairs.hpp"
@@ -83,7 +82,8 @@ Index PairsApart::build(Index begin, Index end) {
     const Index high = build(middle, end);
     Node& made = nodes_[static_cast<std::size_t>(number)];
     made.second = high;
-    made.box = {node(low).box.min.cwiseMin(node(high).box.min), node(low).box.max.cwiseMax(node(high).box.max)};
+    made.box = node(low).box;
+    made.box.add(node(high).box);
     for (std::size_t k = 0; k < 3; ++k) {
         const Index v = node(low).common[k];
         made.common[k] = holds(node(high).common, v) ? v : -1;
@@ -131,15 +131,10 @@ PairsApart::Slanted PairsApart::box_along(const Node& of, Index t) const {
     slanted.axes.row(0) = along;
     slanted.axes.row(1) = beside;
     slanted.axes.row(2) = unit_or_zero(along.cross(beside));
-    Vector3 low = Vector3::Constant(std::numeric_limits<double>::infinity());
-    Vector3 high = -low;
-    each_corner([&](const Vector3& p) {
-        const Vector3 place = slanted.axes * (p - middle_);
-        low = low.cwiseMin(place);
-        high = high.cwiseMax(place);
-    });
-    slanted.half = 0.5 * (high - low);
-    slanted.middle = slanted.axes.transpose() * (0.5 * (low + high));
+    Box places;
+    each_corner([&](const Vector3& p) { places.add(Vector3(slanted.axes * (p - middle_))); });
+    slanted.half = 0.5 * (places.max - places.min);
+    slanted.middle = slanted.axes.transpose() * (0.5 * (places.min + places.max));
     return slanted;
 }
 

@@ -4,6 +4,16 @@
 
 namespace trocar {
 
+void transform_points(const Matrix3& rotation, const Vector3& translation, Eigen::Ref<Matrix3X> points) {
+    for (Eigen::Index i = 0; i < points.cols(); ++i) {
+        const Vector3 p = points.col(i);
+        for (int row = 0; row < 3; ++row) {
+            points(row, i) =
+                rotation(row, 0) * p.x() + rotation(row, 1) * p.y() + rotation(row, 2) * p.z() + translation[row];
+        }
+    }
+}
+
 RigidMotion rigid_motion(const Eigen::Ref<const Matrix3X>& from, const Eigen::Ref<const Matrix3X>& to) {
     const Vector3 from_middle = from.rowwise().mean();
     const Vector3 to_middle = to.rowwise().mean();

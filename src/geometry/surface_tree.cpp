@@ -15,10 +15,6 @@ constexpr Index leaf_size = 8;
 
 }  // namespace
 
-double squared_gap(const Box& a, const Box& b) {
-    return (a.min - b.max).cwiseMax(b.min - a.max).cwiseMax(0.0).squaredNorm();
-}
-
 SurfaceTree::SurfaceTree(const Triangles& triangles, std::vector<Index> chosen, const Matrix3X& position)
     : triangles_(triangles), position_(position), order_(std::move(chosen)) {
     build(0, static_cast<Index>(order_.size()));
@@ -58,7 +54,7 @@ void SurfaceTree::visit(const Box& box, const double& squared_query_distance, co
         Index node;
         double squared_gap;
     };
-    std::vector<Open> open{{0, squared_gap(nodes_.front().box, box)}};
+    std::vector<Open> open{{0, nodes_.front().box.squared_distance(box)}};
     while (!open.empty()) {
         const auto [number, gap] = open.back();
         open.pop_back();
@@ -66,8 +62,8 @@ void SurfaceTree::visit(const Box& box, const double& squared_query_distance, co
         if (gap > squared_query_distance * (1.0 + 1e-12)) continue;
         const Node& node = nodes_[at(number)];
         if (node.second >= 0) {
-            Open near{number + 1, squared_gap(nodes_[at(number + 1)].box, box)};
-            Open far{node.second, squared_gap(nodes_[at(node.second)].box, box)};
+            Open near{number + 1, nodes_[at(number + 1)].box.squared_distance(box)};
+            Open far{node.second, nodes_[at(node.second)].box.squared_distance(box)};
             if (far.squared_gap < near.squared_gap) std::swap(near, far);
             open.push_back(far);
             open.push_back(near);
@@ -75,7 +71,7 @@ void SurfaceTree::visit(const Box& box, const double& squared_query_distance, co
         }
         for (Index i = node.first; i < node.first + node.count; ++i) {
             const Corners c = corners_of(triangles_, position_, order_[at(i)]);
-            if (squared_gap(box_of(c), box) <= squared_query_distance * (1.0 + 1e-12)) act(order_[at(i)], c);
+            if (box_of(c).squared_distance(box) <= squared_query_distance * (1.0 + 1e-12)) act(order_[at(i)], c);
         }
     }
 }

@@ -9,9 +9,6 @@
 
 namespace trocar {
 
-/// Squared distance (m²) of two boxes; 0 where they overlap, infinite for an empty one.
-[[nodiscard]] double squared_gap(const Box& a, const Box& b);
-
 class SurfaceTree {
 public:
     /// Tree of the `chosen` triangles at `position`. `triangles` and `position` must outlive it. Precondition: finite

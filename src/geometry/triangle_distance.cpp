@@ -49,6 +49,12 @@ Vector3 closest_point_on_sliver(const Corners& triangle, const Vector3& point, c
     return squared_distance(weights) < squared_distance(on_edge) ? weights : on_edge;
 }
 
+/// Places on two segments, in [0, 1] from their first end to their second.
+struct SegmentPlaces {
+    double first = 0.0;
+    double second = 0.0;
+};
+
 /// Sets the closest points of the lines through two segments, when they are inside both.
 bool cross_inside(const Vector3& p0, const Vector3& p, const Vector3& q0, const Vector3& q, const Vector3& normal,
                   SegmentPlaces& places) {
@@ -185,28 +191,6 @@ Vector3 closest_point_on_triangle(const Corners& triangle, const Vector3& point)
     return {weight_a / sum, weight_b / sum, weight_c / sum};
 }
 
-SegmentPlaces closest_points_of_segments(const Vector3& p0, const Vector3& p1, const Vector3& q0, const Vector3& q1) {
-    const Vector3 p = p1 - p0;
-    const Vector3 q = q1 - q0;
-    const auto squared_distance = [&](const SegmentPlaces& places) {
-        return (p0 + places.first * p - q0 - places.second * q).squaredNorm();
-    };
-    // On the border of the parameter square: from an end of one to the other segment.
-    SegmentPlaces best;
-    double least = std::numeric_limits<double>::infinity();
-    for (const SegmentPlaces& places :
-         {SegmentPlaces{0.0, place_on_segment(q0, q1, p0)}, SegmentPlaces{1.0, place_on_segment(q0, q1, p1)},
-          SegmentPlaces{place_on_segment(p0, p1, q0), 0.0}, SegmentPlaces{place_on_segment(p0, p1, q1), 1.0}}) {
-        const double here = squared_distance(places);
-        if (here >= least) continue;
-        least = here;
-        best = places;
-    }
-    SegmentPlaces inside;
-    if (cross_inside(p0, p, q0, q, p.cross(q), inside) && squared_distance(inside) < least) return inside;
-    return best;
-}
-
 TriangleDistance triangle_distance(const Corners& first, const Corners& second) {
     TriangleDistance best = distance_of_corners(first, second);
     take_edges(first, second, best);
@@ -215,11 +199,8 @@ TriangleDistance triangle_distance(const Corners& first, const Corners& second) 
 
 bool is_within_query_distance(const Corners& first, const Corners& second, double query_distance) {
     const double square = query_distance * query_distance;
-    const Box box = box_of(first);
-    const Box other = box_of(second);
     constexpr double surely = 1.0 + 1e-14;
-    const Vector3 gap = (other.min - box.max).cwiseMax(box.min - other.max).cwiseMax(0.0);
-    if (gap.squaredNorm() > surely * square) return false;
+    if (box_of(first).squared_distance(box_of(second)) > surely * square) return false;
     if (plane_parts(first, second, query_distance) || plane_parts(second, first, query_distance)) return false;
     TriangleDistance best = distance_of_corners(first, second);
     if (best.squared_distance <= square) return true;

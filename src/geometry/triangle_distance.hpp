@@ -19,15 +19,6 @@ Vector3 closest_point_on_triangle(const Corners& triangle, const Vector3& point)
 /// Not finite for a triangle without area.
 Vector3 projection_on_plane(const Corners& triangle, const Vector3& point);
 
-/// Places on two closed segments, in [0, 1] from their first end to their second, exactly 0 or 1 at an end.
-struct SegmentPlaces {
-    double first = 0.0;
-    double second = 0.0;
-};
-/// Closest places of the segments p0 p1 and q0 q1; one of the solutions for parallel ones. Valid for segments that are
-/// points.
-SegmentPlaces closest_points_of_segments(const Vector3& p0, const Vector3& p1, const Vector3& q0, const Vector3& q1);
-
 /// Closest points of two triangles.
 struct TriangleDistance {
     double squared_distance = 0.0;    ///< m²

@@ -16,6 +16,9 @@ inline std::size_t at(std::ptrdiff_t number) { return static_cast<std::size_t>(n
 /// A subscript as an index of Eigen.
 inline Eigen::Index eigen_index(std::size_t number) { return static_cast<Eigen::Index>(number); }
 
+/// A number that does not apply or that nobody has computed. Zero would pass for an answer.
+inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
+
 using Vector3 = Eigen::Vector3d;  ///< Point, direction or force; world frame, SI units unless said otherwise.
 using Matrix3 = Eigen::Matrix3d;
 using Quaternion = Eigen::Quaterniond;
@@ -51,6 +54,10 @@ struct Box {
     /// m²; 0 inside.
     [[nodiscard]] double squared_distance(const Vector3& p) const {
         return (min - p).cwiseMax(p - max).cwiseMax(0.0).squaredNorm();
+    }
+    /// m², to the nearest point of another box; 0 where they overlap, infinite for an empty one.
+    [[nodiscard]] double squared_distance(const Box& other) const {
+        return (min - other.max).cwiseMax(other.min - max).cwiseMax(0.0).squaredNorm();
     }
     /// Closed boxes: touching counts as overlapping.
     [[nodiscard]] bool overlaps(const Box& other) const {

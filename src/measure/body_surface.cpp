@@ -2,41 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+
+#include "geometry/exact.hpp"
 
 namespace trocar {
-namespace {
-
-std::vector<RimEdge> rim_of(const Triangles& triangles, Range range) {
-    std::vector<RimEdge> sides;
-    sides.reserve(3 * static_cast<std::size_t>(range.count));
-    for (Index t = range.first; t < range.end(); ++t) {
-        for (int corner = 0; corner < 3; ++corner) {
-            const Index u = triangles(corner, t);
-            const Index v = triangles((corner + 1) % 3, t);
-            if (u != v) sides.push_back({std::min(u, v), std::max(u, v), u < v ? 1 : -1});
-        }
-    }
-    std::sort(sides.begin(), sides.end(),
-              [](const RimEdge& x, const RimEdge& y) { return std::tie(x.from, x.to) < std::tie(y.from, y.to); });
-    std::vector<RimEdge> rim;
-    for (std::size_t first = 0, end = 0; first < sides.size(); first = end) {
-        RimEdge net{sides[first].from, sides[first].to, 0};
-        for (; end < sides.size() && sides[end].from == net.from && sides[end].to == net.to; ++end)
-            net.count += sides[end].count;
-        if (net.count != 0) rim.push_back(net);
-    }
-    return rim;
-}
-
-}  // namespace
 
 BodySurface::BodySurface(const Topology& topology, Index body, const Matrix3X& now, const Matrix3X& before,
                          Index area_samples)
     : topology_(&topology), range_(&topology.bodies[static_cast<std::size_t>(body)]), now_(&now), before_(&before) {
     spread(area_samples);
-    find_edges();
-    if (!range_->closed) rim_ = rim_of(topology.triangles, range_->triangles);
+    const std::vector<TriangleSide> sides = sorted_sides(topology.triangles, range_->triangles);
+    for_each_edge(sides, [this](std::span<const TriangleSide> edge) {
+        edges_.push_back({edge.front().low, edge.front().high});
+        edges_.push_back({edge.front().high, edge.front().low});
+    });
+    std::sort(edges_.begin(), edges_.end());
+    if (!range_->closed) rim_ = rim_of(sides);
     distance_.prepare(topology.triangles, range_->triangles, now);
     follow();
 }
@@ -48,10 +29,7 @@ void BodySurface::spread(Index count) {
     std::vector<double> area_up_to;
     double total = 0.0;
     for (Index t = range.first; t < range.end(); ++t) {
-        const Vector3 a = now_->col(topology_->triangles(0, t));
-        const Vector3 b = now_->col(topology_->triangles(1, t));
-        const Vector3 c = now_->col(topology_->triangles(2, t));
-        total += 0.5 * (b - a).cross(c - a).norm();
+        total += 0.5 * area_normal(corners_of(topology_->triangles, *now_, t)).norm();
         area_up_to.push_back(total);
     }
     if (!(total > 0.0)) return;
@@ -69,19 +47,6 @@ void BodySurface::spread(Index count) {
         area_.push_back({range.first + static_cast<Index>(found - area_up_to.begin()), Vector3(1.0 - u - v, u, v)});
     }
     if (!area_.empty()) area_weight_ = total / static_cast<double>(area_.size());
-}
-
-void BodySurface::find_edges() {
-    for (Index t = range_->triangles.first; t < range_->triangles.end(); ++t) {
-        for (int corner = 0; corner < 3; ++corner) {
-            const Index u = topology_->triangles(corner, t);
-            const Index v = topology_->triangles((corner + 1) % 3, t);
-            edges_.push_back({u, v});
-            edges_.push_back({v, u});
-        }
-    }
-    std::sort(edges_.begin(), edges_.end());
-    edges_.erase(std::unique(edges_.begin(), edges_.end()), edges_.end());
 }
 
 void BodySurface::follow() {

@@ -5,18 +5,12 @@
 #include <array>
 #include <vector>
 
+#include "geometry/triangle_sides.hpp"
 #include "measure/ray_tree.hpp"
 #include "measure/surface_distance.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
-
-/// Directed edge of a surface's boundary chain. Edges whose adjacent triangles cancel do not appear.
-struct RimEdge {
-    Index from = -1;
-    Index to = -1;
-    int count = 0;  ///< net number of times that triangles run along it
-};
 
 /// Point at fixed weights on a triangle.
 struct AreaSample {
@@ -62,7 +56,6 @@ public:
 private:
     [[nodiscard]] Vector3 point(std::size_t sample, const Matrix3X& at) const;
     void spread(Index count);
-    void find_edges();
 
     const Topology* topology_;
     const BodyRange* range_;

@@ -2,8 +2,6 @@
 // event may begin and end between two frames.
 #pragma once
 
-#include <limits>
-
 #include "geometry/types.hpp"
 
 namespace trocar {
@@ -11,12 +9,11 @@ namespace trocar {
 /// From the first touch of two bodies' surfaces until they separate. Contact that is lost and found again within one
 /// tick counts as lasting.
 struct ContactEvent {
-    static constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
     Index body_a = -1;
     Index body_b = -1;
-    double begin = unknown;  ///< s; the first frame's time when they touch there already
-    double end = unknown;    ///< s; NaN: still in contact when the run ended
-    double seen = unknown;   ///< s, time of the first frame at which the detector reported it; NaN: never
+    double begin = not_known;  ///< s; the first frame's time when they touch there already
+    double end = not_known;    ///< s; NaN: still in contact when the run ended
+    double seen = not_known;   ///< s, time of the first frame at which the detector reported it; NaN: never
     [[nodiscard]] bool missed() const { return !(seen == seen); }
 };
 

@@ -59,8 +59,8 @@ struct DepthTruth::State {
         const Box& surface = body(direction.into).box();
         for (std::size_t i = 0; i < direction.side.size(); ++i) {
             const Vector3 p = body(direction.from).point(i);
-            const Vector3 beside = (surface.min - p).cwiseMax(p - surface.max).cwiseMax(0.0);
-            if (beside.norm() < nearest) nearest = std::min(nearest, body(direction.into).distance(p));
+            if (std::sqrt(surface.squared_distance(p)) < nearest)
+                nearest = std::min(nearest, body(direction.into).distance(p));
         }
         return nearest;
     }

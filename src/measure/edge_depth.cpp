@@ -5,13 +5,15 @@
 #include <optional>
 #include <vector>
 
+#include "geometry/exact.hpp"
+
 namespace trocar {
 namespace {
 
 /// Parameter of the segment from p to q at which it passes through the triangle, or just beside it.
-std::optional<double> path_through(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p,
-                                   const Vector3& q) {
-    const Vector3 normal = (b - a).cross(c - a);
+std::optional<double> path_through(const Corners& corners, const Vector3& p, const Vector3& q) {
+    const auto& [a, b, c] = corners;
+    const Vector3 normal = area_normal(corners);
     const double before = normal.dot(p - a);
     const double after = normal.dot(q - a);
     if ((before > 0.0) == (after > 0.0)) return std::nullopt;
@@ -67,15 +69,13 @@ EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::
         if (from >= to) continue;
         const Vector3 p = position.col(from);
         const Vector3 q = position.col(to);
-        const Box box{p.cwiseMin(q), p.cwiseMax(q)};
+        const Box box = box_of(p, q);
         if (!box.overlaps(rays.box())) continue;
         cuts.assign({0.0, 1.0});
         rays.visit_along(p, q, [&](Index t) {
-            const Vector3 a = position.col(triangles(0, t));
-            const Vector3 b = position.col(triangles(1, t));
-            const Vector3 c = position.col(triangles(2, t));
-            if (!box.overlaps(Box{a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) return;
-            const auto path = path_through(a, b, c, p, q);
+            const Corners corners = corners_of(triangles, position, t);
+            if (!box.overlaps(box_of(corners))) return;
+            const auto path = path_through(corners, p, q);
             if (path) cuts.push_back(*path);
         });
         std::sort(cuts.begin(), cuts.end());

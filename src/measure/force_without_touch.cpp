@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 
 #include "geometry/triangle_distance.hpp"
 #include "measure/pair_truth.hpp"
@@ -46,10 +45,7 @@ double ForceWithoutTouch::clearance(const Frame& frame, Index pair, double bound
     if (std::any_of(near_.begin(), near_.end(), of_pair)) return 0.0;
     true_near_pairs(*topology_, frame, bound, near_);
     double square = bound * bound;
-    const auto corners = [&](Index triangle) {
-        const auto corner = topology_->triangles.col(triangle);
-        return Corners{frame.position.col(corner[0]), frame.position.col(corner[1]), frame.position.col(corner[2])};
-    };
+    const auto corners = [&](Index triangle) { return corners_of(topology_->triangles, frame.position, triangle); };
     for (const TrianglePair& near : near_) {
         if (!of_pair(near)) continue;
         square = std::min(square, triangle_distance(corners(near.a), corners(near.b)).squared_distance);
@@ -103,7 +99,7 @@ void ForceWithoutTouch::observe(const Frame& after, const ResponseOutput& output
 
 double ForceWithoutTouch::largest() const {
     constexpr double of_peak = 0.01;
-    double largest = std::numeric_limits<double>::quiet_NaN();
+    double largest = not_known;
     if (unreported_) return largest;
     for (const Pair& pair : pairs_) {
         for (const Sample& one : pair.samples) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <map>
 #include <optional>
 #include <span>
@@ -19,13 +20,13 @@ enum class Metric : std::uint16_t {
 #undef TROCAR_METRIC
 };
 
-/// Keys of files, in printing order.
-inline constexpr std::array metric_names{
-#define TROCAR_METRIC(name, unit, better, source, meaning) std::string_view(#name),
+inline constexpr std::size_t metric_count =
+    std::initializer_list<int>{
+#define TROCAR_METRIC(name, unit, better, source, meaning) 0,
 #include "measure/metrics.def"
 #undef TROCAR_METRIC
-};
-inline constexpr std::size_t metric_count = metric_names.size();
+    }
+        .size();
 
 enum class Better : std::uint8_t { lower, higher, neither };
 std::string_view name_of(Better better);

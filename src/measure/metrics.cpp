@@ -10,13 +10,34 @@
 namespace trocar {
 namespace {
 
-constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
-
 double ratio(double part, double whole) { return whole > 0.0 ? part / whole : not_known; }
 
 double largest(const std::vector<double>& values) { return quantile(values, 1.0); }
 
 double p99(const std::vector<double>& values) { return tail_quantile(values, 0.99).value_or(not_known); }
+
+/// A figure of every row.
+std::vector<double> column(const std::vector<StepRow>& rows, double StepRow::*figure) {
+    std::vector<double> values;
+    values.reserve(rows.size());
+    for (const StepRow& row : rows) values.push_back(row.*figure);
+    return values;
+}
+
+/// A count of the rows that have it.
+std::vector<double> column(const std::vector<StepRow>& rows, std::int64_t StepRow::*count) {
+    std::vector<double> values;
+    for (const StepRow& row : rows) {
+        if (row.*count >= 0) values.push_back(static_cast<double>(row.*count));
+    }
+    return values;
+}
+
+double total(const std::vector<StepRow>& rows, std::int64_t StepRow::*count) {
+    double sum = 0.0;
+    for (const StepRow& row : rows) sum += static_cast<double>(row.*count);
+    return sum;
+}
 
 void add_times(const std::vector<StepRow>& rows, bool replay, std::int64_t warm_up, Summary& figures) {
     std::vector<double> total;
@@ -62,8 +83,6 @@ void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
     std::vector<double> work;
     std::vector<double> work_in_contact;
     std::vector<double> pairs;
-    double pair_sum = 0;
-    double native_sum = 0;
     double judged = 0;
     double reported = 0;
     double truth = 0;
@@ -82,8 +101,6 @@ void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
                                         static_cast<double>(row.proximity_false_negatives);
         }
         work.push_back(static_cast<double>(row.work.work()));
-        pair_sum += static_cast<double>(row.pairs);
-        native_sum += static_cast<double>(row.native_contacts);
         if (row.pairs > 0) {
             pairs.push_back(static_cast<double>(row.pairs));
             work_in_contact.push_back(work.back());
@@ -101,8 +118,9 @@ void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
     figures[Metric::work_median] = median(work);
     figures[Metric::work_in_contact_median] = median(work_in_contact);
     figures[Metric::work_max] = largest(work);
-    figures[Metric::pairs_mean] = ratio(pair_sum, static_cast<double>(rows.size()));
-    figures[Metric::native_contacts_mean] = ratio(native_sum, static_cast<double>(rows.size()));
+    figures[Metric::pairs_mean] = ratio(total(rows, &StepRow::pairs), static_cast<double>(rows.size()));
+    figures[Metric::native_contacts_mean] =
+        ratio(total(rows, &StepRow::native_contacts), static_cast<double>(rows.size()));
     figures[Metric::pairs_median] = median(pairs);
     figures[Metric::pairs_max] = pairs.empty() ? 0.0 : largest(pairs);
     figures[Metric::judged_ticks] = judged;
@@ -148,32 +166,17 @@ void add_swept(const std::vector<StepRow>& rows, Summary& figures) {
 }
 
 void add_geometry(const std::vector<StepRow>& rows, Summary& figures) {
-    std::vector<double> errors;
-    std::vector<double> native_errors;
+    const std::vector<double> errors = column(rows, &StepRow::depth_error);
+    const std::vector<double> native_errors = column(rows, &StepRow::native_depth_error);
+    const std::vector<double> wrong_side = column(rows, &StepRow::wrong_side);
+    const std::vector<double> wrong_vertices = column(rows, &StepRow::wrong_side_vertices);
+    const std::vector<double> undecided = column(rows, &StepRow::side_undecided);
     std::vector<double> residual;
     std::vector<double> area_mean;
-    std::vector<double> wrong_side;
-    std::vector<double> wrong_vertices;
-    std::vector<double> undecided;
-    std::vector<double> volume;
-    std::vector<double> translation;
-    std::vector<double> overshoot;
-    std::vector<double> strain;
-    std::vector<double> strain_over;
     double residual_max = not_known;
     double residual_last = not_known;
     for (const StepRow& row : rows) {
-        errors.push_back(row.depth_error);
-        native_errors.push_back(row.native_depth_error);
-        strain.push_back(row.max_strain);
-        strain_over.push_back(row.strain_over);
-        volume.push_back(row.overlap_volume);
-        translation.push_back(row.min_translation);
-        overshoot.push_back(row.overshoot);
         if (row.residual_penetration_mean > 0.0) area_mean.push_back(row.residual_penetration_mean);
-        if (row.wrong_side_vertices >= 0) wrong_vertices.push_back(static_cast<double>(row.wrong_side_vertices));
-        if (row.wrong_side >= 0) wrong_side.push_back(static_cast<double>(row.wrong_side));
-        if (row.side_undecided >= 0) undecided.push_back(static_cast<double>(row.side_undecided));
         if (std::isnan(row.residual_penetration)) continue;
         residual_last = row.residual_penetration;
         residual_max = std::fmax(residual_max, row.residual_penetration);
@@ -190,13 +193,13 @@ void add_geometry(const std::vector<StepRow>& rows, Summary& figures) {
     figures[Metric::residual_penetration_final_m] = residual_last;
     figures[Metric::residual_penetration_mean_m] =
         area_mean.empty() && !std::isnan(residual_max) ? 0.0 : median(area_mean);
-    figures[Metric::overlap_volume_max_m3] = largest(volume);
-    figures[Metric::min_translation_max_m] = largest(translation);
+    figures[Metric::overlap_volume_max_m3] = largest(column(rows, &StepRow::overlap_volume));
+    figures[Metric::min_translation_max_m] = largest(column(rows, &StepRow::min_translation));
     // Nothing came free of anything: there was nothing to throw too far.
-    figures[Metric::overshoot_max_m] = largest(overshoot);
+    figures[Metric::overshoot_max_m] = largest(column(rows, &StepRow::overshoot));
     figures[Metric::wrong_side_vertices_max] = largest(wrong_vertices);
     figures[Metric::wrong_side_vertices_last] = wrong_vertices.empty() ? not_known : wrong_vertices.back();
-    figures[Metric::strain_over_max] = largest(strain_over);
+    figures[Metric::strain_over_max] = largest(column(rows, &StepRow::strain_over));
     figures[Metric::wrong_side_max] = largest(wrong_side);
     figures[Metric::wrong_side_last] = wrong_side.empty() ? not_known : wrong_side.back();
     figures[Metric::side_undecided_max] = largest(undecided);
@@ -204,7 +207,7 @@ void add_geometry(const std::vector<StepRow>& rows, Summary& figures) {
         undecided.empty() ? not_known
                           : static_cast<double>(std::count_if(undecided.begin(), undecided.end(),
                                                               [](double samples) { return samples > 0.0; }));
-    figures[Metric::max_strain] = largest(strain);
+    figures[Metric::max_strain] = largest(column(rows, &StepRow::max_strain));
 }
 
 /// Spells of depth: how long each lasted, and whether it came back.
@@ -262,17 +265,15 @@ void add_tip(const std::vector<StepRow>& rows, Summary& figures) {
     double torque = not_known;
     double saturated = 0.0;
     double grasped = 0.0;
-    double detached = 0.0;
     for (const StepRow& row : rows) {
         torque = std::fmax(torque, std::abs(row.roll_torque));
         saturated += row.saturated ? 1.0 : 0.0;
         grasped = std::max(grasped, static_cast<double>(row.grasped));
-        detached += static_cast<double>(row.detached);
     }
     figures[Metric::roll_torque_max_nm] = torque;
     figures[Metric::saturated_ticks] = saturated;
     figures[Metric::grasped_max] = grasped;
-    figures[Metric::detached] = detached;
+    figures[Metric::detached] = total(rows, &StepRow::detached);
 }
 
 void add_forces(const std::vector<StepRow>& rows, Summary& figures) {
@@ -283,26 +284,16 @@ void add_forces(const std::vector<StepRow>& rows, Summary& figures) {
     std::vector<double> jumps;
     std::vector<Vector3> forces;
     double flips = 0.0;
-    double ruptures = 0.0;
-    double offered = 0.0;
-    double used = 0.0;
     std::array<double, skip_reason_count> skipped{};
-    double no_hit = 0.0;
     double passed_through = not_known;
-    double limited = 0.0;
     for (std::size_t i = 0; i < rows.size(); ++i) {
         const StepRow& row = rows[i];
-        ruptures += static_cast<double>(row.ruptures);
         if (row.passed_through >= 0) {
             passed_through = std::fmax(passed_through, 0.0) + static_cast<double>(row.passed_through);
         }
-        offered += static_cast<double>(row.contacts_offered);
-        used += static_cast<double>(row.contacts_used);
         for (std::size_t reason = 0; reason < skip_reason_count; ++reason) {
             skipped.at(reason) += static_cast<double>(row.skipped.at(reason));
         }
-        no_hit += static_cast<double>(row.no_hit);
-        limited += static_cast<double>(row.limited_edges);
         if (!row.tool_force.allFinite()) continue;
         squares += row.tool_force.squaredNorm();
         count += 1.0;
@@ -323,15 +314,15 @@ void add_forces(const std::vector<StepRow>& rows, Summary& figures) {
     const FastPart fast = dt > 0.0 ? part_above(forces, dt, force_cutoff_hz) : FastPart{};
     figures[Metric::force_above_30hz_rms_n] = fast.rms;
     figures[Metric::force_above_30hz_share] = fast.share;
-    figures[Metric::ruptures] = ruptures;
-    figures[Metric::contacts_offered] = offered;
-    figures[Metric::contacts_used] = used;
+    figures[Metric::ruptures] = total(rows, &StepRow::ruptures);
+    figures[Metric::contacts_offered] = total(rows, &StepRow::contacts_offered);
+    figures[Metric::contacts_used] = total(rows, &StepRow::contacts_used);
     for (std::size_t reason = 0; reason < skip_reason_count; ++reason) {
         figures[metric_of(std::string("skipped_") + skip_reason_names.at(reason))] = skipped.at(reason);
     }
-    figures[Metric::no_hit] = no_hit;
+    figures[Metric::no_hit] = total(rows, &StepRow::no_hit);
     figures[Metric::passed_through] = passed_through;
-    figures[Metric::limited_edges] = limited;
+    figures[Metric::limited_edges] = total(rows, &StepRow::limited_edges);
 }
 
 }  // namespace

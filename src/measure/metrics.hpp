@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <string_view>
 #include <vector>
 
@@ -22,7 +21,7 @@ inline constexpr double haptic_deadline_ns = 1.0e6;  ///< ns, 1 kHz
 struct SummaryContext {
     /// Time of a tick in a "replay" is update + detect; in every other kind of run it is all stages present.
     std::string_view mode = "closed_loop";
-    double motion_end = std::numeric_limits<double>::quiet_NaN();  ///< s, last key of any body's motion
+    double motion_end = not_known;         ///< s, last key of any body's motion
     std::int64_t warm_up = warm_up_ticks;  ///< rows at the start that no time figure and no allocation count reads
 };
 
@@ -42,8 +41,8 @@ std::int64_t tick_ns(const StepRow& row, bool replay);
 /// the signal's energy. The straight line through first and last sample is removed first. NaN for fewer than two
 /// samples. `dt`: s between samples.
 struct FastPart {
-    double rms = std::numeric_limits<double>::quiet_NaN();
-    double share = std::numeric_limits<double>::quiet_NaN();
+    double rms = not_known;
+    double share = not_known;
 };
 FastPart part_above(const std::vector<Vector3>& samples, double dt, double cutoff);
 

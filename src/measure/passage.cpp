@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
+#include <set>
 #include <utility>
 
 #include "geometry/exact.hpp"
@@ -101,11 +101,9 @@ void PassageTruth::place_target(Index body, double jaw) {
     double edges = 0.0;
     const Vector3 origin = target.box.min;
     for (Index t = 0; t < own.triangles.count; ++t) {
-        const auto corners = topology.triangles.col(own.triangles.first + t);
-        const Vector3 a = shape_.col(corners[0]);
-        const Vector3 b = shape_.col(corners[1]);
-        const Vector3 c = shape_.col(corners[2]);
-        const Vector3 area = (b - a).cross(c - a);
+        const Corners corners = corners_of(topology.triangles, shape_, own.triangles.first + t);
+        const auto& [a, b, c] = corners;
+        const Vector3 area = area_normal(corners);
         target.normal.col(t) = area.norm() > 0.0 ? Vector3(area / area.norm()) : Vector3(Vector3::Zero());
         twice_area += area.norm();
         six_volumes += (a - origin).dot(area);
@@ -126,8 +124,8 @@ double PassageTruth::half_width_of(Index body) const {
     const Index stride = 1 + own.triangles.count / most_rays;
     double deepest = 0.0;
     for (Index t = 0; t < own.triangles.count; t += stride) {
-        const auto corners = topology.triangles.col(own.triangles.first + t);
-        const Vector3 middle = (shape_.col(corners[0]) + shape_.col(corners[1]) + shape_.col(corners[2])) / 3.0;
+        const Corners corners = corners_of(topology.triangles, shape_, own.triangles.first + t);
+        const Vector3 middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         const Vector3 inwards = -target.normal.col(t);
         double nearest = across;
         target.rays.visit_along(middle, middle + across * inwards, [&](Index other) {
@@ -155,31 +153,14 @@ void PassageTruth::add_samples(Direction& direction) const {
     const BodyRange& own = range(direction.from);
     const Triangles& triangles = scene_->topology.triangles;
     const Matrix3X& position = scene_->first.position;
-    std::vector<std::array<Index, 2>> edges;
-    edges.reserve(3 * at(own.triangles.count));
+    std::set<std::array<Index, 2>> edges;
+    double length = 0.0;
     for (Index t = own.triangles.first; t < own.triangles.end(); ++t) {
         for (int corner = 0; corner < 3; ++corner) {
             const auto [u, v] = std::minmax(triangles(corner, t), triangles((corner + 1) % 3, t));
-            edges.push_back({u, v});
+            if (edges.insert({u, v}).second) length += (position.col(v) - position.col(u)).norm();
         }
     }
-    // The length is summed as the edges come first, whatever their numbers.
-    double length = 0.0;
-    {
-        std::vector<std::size_t> order(edges.size());
-        std::iota(order.begin(), order.end(), std::size_t{0});
-        std::sort(order.begin(), order.end(), [&edges](std::size_t i, std::size_t j) {
-            return edges[i] < edges[j] || (edges[i] == edges[j] && i < j);
-        });
-        std::vector<std::uint8_t> first_time(edges.size(), 0);
-        for (std::size_t i = 0; i < order.size(); ++i)
-            first_time[order[i]] = i == 0 || edges[order[i]] != edges[order[i - 1]] ? 1 : 0;
-        for (std::size_t i = 0; i < edges.size(); ++i) {
-            if (first_time[i] != 0) length += (position.col(edges[i][1]) - position.col(edges[i][0])).norm();
-        }
-    }
-    std::sort(edges.begin(), edges.end());
-    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     for (Index v = own.vertices.first; v < own.vertices.end(); ++v) direction.samples.push_back({v, v, 0.0});
     const double spacing = std::max(targets_[at(direction.into)].thickness, length / most_samples);
     for (const auto& [u, v] : edges) {
@@ -265,9 +246,7 @@ bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Directio
     hits_.clear();
     if (from != to) {
         target.rays.visit_along(from, to, [&](Index t) {
-            const Vector3 a = shape_.col(triangles(0, t));
-            const Vector3 b = shape_.col(triangles(1, t));
-            const Vector3 c = shape_.col(triangles(2, t));
+            const auto [a, b, c] = corners_of(triangles, shape_, t);
             const bool below = orientation_sign(a, b, c, from) > 0;
             if (below == (orientation_sign(a, b, c, to) > 0)) return;
             const int side = passing_side(from, to, shape_, triangles(0, t), triangles(1, t));

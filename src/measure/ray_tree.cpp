@@ -31,29 +31,9 @@ struct RayTree::Build {
 
     [[nodiscard]] const Vector3& centre(Index t) const { return centres[at(t - base)]; }
 
-    static bool before(const NetEdge& x, const NetEdge& y) { return std::tie(x.from, x.to) < std::tie(y.from, y.to); }
-    /// Sorted by the lower and then the higher vertex, which run in that direction as often as `count` says.
-    void rim_of(const std::vector<Index>& order, Index first, Index count, std::vector<NetEdge>& rim) const {
-        rim.clear();
-        for (Index i = first; i < first + count; ++i) {
-            for (int corner = 0; corner < 3; ++corner) {
-                const Index u = triangles(corner, order[at(i)]);
-                const Index v = triangles((corner + 1) % 3, order[at(i)]);
-                if (u != v) rim.push_back({std::min(u, v), std::max(u, v), u < v ? 1 : -1});
-            }
-        }
-        std::sort(rim.begin(), rim.end(), before);
-        std::size_t kept = 0;
-        for (std::size_t i = 0, end = 0; i < rim.size(); i = end) {
-            NetEdge net{rim[i].from, rim[i].to, 0};
-            for (end = i; end < rim.size() && rim[end].from == net.from && rim[end].to == net.to; ++end)
-                net.count += rim[end].count;
-            if (net.count != 0) rim[kept++] = net;
-        }
-        rim.resize(kept);
-    }
+    static bool before(const RimEdge& x, const RimEdge& y) { return std::tie(x.from, x.to) < std::tie(y.from, y.to); }
     /// What is left of both when edges of opposite directions have cancelled.
-    static void join(const std::vector<NetEdge>& one, const std::vector<NetEdge>& other, std::vector<NetEdge>& sum) {
+    static void join(const std::vector<RimEdge>& one, const std::vector<RimEdge>& other, std::vector<RimEdge>& sum) {
         sum.clear();
         for (std::size_t i = 0, j = 0; i < one.size() || j < other.size();) {
             if (j == other.size() || (i < one.size() && before(one[i], other[j]))) {
@@ -61,7 +41,7 @@ struct RayTree::Build {
             } else if (i == one.size() || before(other[j], one[i])) {
                 sum.push_back(other[j++]);
             } else {
-                const NetEdge net{one[i].from, one[i].to, one[i].count + other[j].count};
+                const RimEdge net{one[i].from, one[i].to, one[i].count + other[j].count};
                 if (net.count != 0) sum.push_back(net);
                 ++i;
                 ++j;
@@ -70,13 +50,16 @@ struct RayTree::Build {
     }
 };
 
-Index RayTree::build(Build& build, Index first, Index count, std::vector<NetEdge>& rim) {
+Index RayTree::build(Build& build, Index first, Index count, std::vector<RimEdge>& rim) {
     const auto node = static_cast<Index>(nodes_.size());
     nodes_.emplace_back();
     nodes_.back().first = first;
     nodes_.back().count = count;
     if (count <= leaf_crossings) {
-        if (build.keeps_rims) build.rim_of(order_, first, count, rim);
+        if (build.keeps_rims) {
+            const std::span<const Index> chosen(order_);
+            rim = rim_of(sorted_sides(build.triangles, chosen.subspan(at(first), at(count))));
+        }
         return node;
     }
     const auto begin = order_.begin() + first;
@@ -90,8 +73,8 @@ Index RayTree::build(Build& build, Index first, Index count, std::vector<NetEdge
         const double at_j = build.centre(j)[axis];
         return at_i < at_j || (at_i == at_j && i < j);
     });
-    std::vector<NetEdge> lower;
-    std::vector<NetEdge> upper;
+    std::vector<RimEdge> lower;
+    std::vector<RimEdge> upper;
     this->build(build, first, half, lower);
     nodes_[at(node)].second = this->build(build, first + half, count - half, upper);
     if (!build.keeps_rims) return node;
@@ -118,7 +101,7 @@ void RayTree::prepare(const Triangles& triangles, Range range, const Matrix3X& p
         const Box box = box_of_triangle(triangles, position, t);
         building.centres.emplace_back(0.5 * box.min + 0.5 * box.max);
     }
-    std::vector<NetEdge> rim;
+    std::vector<RimEdge> rim;
     if (!order_.empty()) build(building, 0, range.count, rim);
     refit(triangles, position);
     for (Index node = 0; node < static_cast<Index>(nodes_.size()); ++node) find_slanted(triangles, position, node);
@@ -219,7 +202,7 @@ bool RayTree::may_meet(const Segment& path, const Slanted& slanted, double begin
 int RayTree::turns_of_rim(const Matrix3X& position, const Node& node, const Vector3& p) const {
     int sum = 0;
     for (Index i = node.rim_first; i < node.rim_first + node.rim_count; ++i) {
-        const NetEdge& edge = rim_edges_[at(i)];
+        const RimEdge& edge = rim_edges_[at(i)];
         sum += edge.count * passing_to_the_right(position.col(edge.from), position.col(edge.to), p);
     }
     return sum;

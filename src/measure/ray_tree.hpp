@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "geometry/triangle_sides.hpp"
 #include "geometry/types.hpp"
 
 namespace trocar {
@@ -59,12 +60,6 @@ private:
         Index rim_first = -1;  ///< into rim_edges_; -1: the rim is not kept
         Index rim_count = 0;
         Index slanted = -1;  ///< into slanted_
-    };
-    /// Directed edge of the boundary chain of a subtree.
-    struct NetEdge {
-        Index from = -1;
-        Index to = -1;
-        int count = 0;  ///< net number of times that triangles run along it
     };
     /// Oriented bounding box of a long thin node, which may be much smaller than its axis-aligned box.
     struct Slanted {
@@ -140,7 +135,7 @@ private:
     };
 
     struct Build;
-    Index build(Build& build, Index first, Index count, std::vector<NetEdge>& rim);
+    Index build(Build& build, Index first, Index count, std::vector<RimEdge>& rim);
     void find_slanted(const Triangles& triangles, const Matrix3X& position, Index node);
     void fit(const Triangles& triangles, const Matrix3X& position, Slanted& slanted) const;
     template <typename Act>
@@ -152,7 +147,7 @@ private:
     double size_ = 0.0;  ///< m, across the box
     std::vector<Index> order_;
     std::vector<Node> nodes_;  ///< parents before their children
-    std::vector<NetEdge> rim_edges_;
+    std::vector<RimEdge> rim_edges_;
     std::vector<Slanted> slanted_;
 };
 

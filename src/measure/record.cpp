@@ -13,6 +13,7 @@
 #include "geometry/json_depth.hpp"
 #include "geometry/number_text.hpp"
 #include "geometry/size_limits.hpp"
+#include "measure/environment.hpp"
 
 namespace trocar {
 namespace {
@@ -113,6 +114,7 @@ void visit_row(Row& row, Visit&& visit) {
 Json to_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
 Json to_json(OutcomeKind kind) { return name_of(kind); }
 Json to_json(const std::string& text) { return text; }
+Json to_json(Index value) { return value; }
 Json to_json(std::int64_t value) { return value; }
 Json to_json(std::uint64_t value) { return value; }
 Json to_json(bool value) { return value; }
@@ -130,6 +132,13 @@ void from_json_value(const Json& json, double& value) {
     } else {
         throw Mismatch{"a number or null"};
     }
+}
+/// A body's number.
+void from_json_value(const Json& json, Index& value) {
+    constexpr std::int64_t most = std::numeric_limits<Index>::max();
+    const bool fits = json.is_number_integer() && json.get<std::int64_t>() >= 0 && json.get<std::int64_t>() <= most;
+    if (!fits) throw Mismatch{"a body number"};
+    value = json.get<Index>();
 }
 void from_json_value(const Json& json, std::int64_t& value) {
     if (!json.is_number_integer()) throw Mismatch{"an integer"};
@@ -324,44 +333,43 @@ std::vector<StepRow> rows_from_json(const Reader& reader, const Json& json) {
     return rows;
 }
 
+/// Members of ContactEvent by column name, for both directions.
+template <typename Event, typename Visit>
+void visit_event(Event& event, Visit&& visit) {
+    visit("body_a", event.body_a);
+    visit("body_b", event.body_b);
+    visit("begin", event.begin);
+    visit("end", event.end);
+    visit("seen", event.seen);
+}
+
 /// Columns like those of the rows.
 Json events_to_json(const std::vector<ContactEvent>& events) {
     Json json = Json::object();
-    for (const char* name : {"body_a", "body_b", "begin", "end", "seen"}) json[name] = Json::array();
+    const ContactEvent unset;
+    visit_event(unset, [&json](const char* name, const auto&) { json[name] = Json::array(); });
     for (const ContactEvent& event : events) {
-        json["body_a"].push_back(event.body_a);
-        json["body_b"].push_back(event.body_b);
-        json["begin"].push_back(to_json(event.begin));
-        json["end"].push_back(to_json(event.end));
-        json["seen"].push_back(to_json(event.seen));
+        visit_event(event, [&json](const char* name, const auto& value) { json[name].push_back(to_json(value)); });
     }
     return json;
 }
 
 std::vector<ContactEvent> events_from_json(const Reader& reader, const Json& json) {
-    reader.check_keys(json, "/events", {"body_a", "body_b", "begin", "end", "seen"});
-    std::vector<ContactEvent> events(reader.member(json, "/events", "body_a").size());
-    const auto read_column = [&](const char* name, const auto& use) {
+    std::vector<std::string> names;
+    const ContactEvent unset;
+    visit_event(unset, [&names](const char* name, const auto&) { names.emplace_back(name); });
+    reader.check_keys(json, "/events", names);
+    std::vector<ContactEvent> events(reader.member(json, "/events", names.front()).size());
+    for (const std::string& name : names) {
         const Json& column = reader.member(json, "/events", name);
-        const std::string where = std::string("/events/") + name;
-        if (!column.is_array() || column.size() != events.size()) {
-            reader.fail(where, fmt::format("{} values", events.size()), column.type_name());
-        }
-        for (std::size_t i = 0; i < events.size(); ++i) use(column[i], fmt::format("{}/{}", where, i), events[i]);
-    };
-    const auto body = [&reader](const Json& value, const std::string& where, Index& number) {
-        std::int64_t wide = -1;
-        reader.read(value, where, wide);
-        if (wide < 0 || wide > std::numeric_limits<Index>::max()) reader.fail(where, "a body number", value.dump());
-        number = static_cast<Index>(wide);
-    };
-    read_column("body_a", [&](const Json& v, const std::string& where, ContactEvent& e) { body(v, where, e.body_a); });
-    read_column("body_b", [&](const Json& v, const std::string& where, ContactEvent& e) { body(v, where, e.body_b); });
-    read_column("begin",
-                [&](const Json& v, const std::string& where, ContactEvent& e) { reader.read(v, where, e.begin); });
-    read_column("end", [&](const Json& v, const std::string& where, ContactEvent& e) { reader.read(v, where, e.end); });
-    read_column("seen",
-                [&](const Json& v, const std::string& where, ContactEvent& e) { reader.read(v, where, e.seen); });
+        if (column.is_array() && column.size() == events.size()) continue;
+        reader.fail("/events/" + name, fmt::format("{} values", events.size()), column.type_name());
+    }
+    for (std::size_t i = 0; i < events.size(); ++i) {
+        visit_event(events[i], [&](const char* name, auto& value) {
+            reader.read(json[name][i], fmt::format("/events/{}/{}", name, i), value);
+        });
+    }
     return events;
 }
 
@@ -380,6 +388,13 @@ Json spec_to_json(const RunSpec& spec) {
 std::string line_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 }  // namespace
+
+Record started_record(const RunSpec& spec) {
+    Record record;
+    record.spec = spec;
+    record.environment = environment();
+    return record;
+}
 
 std::string to_json_line(const Record& record) {
     Json summary = Json::object();

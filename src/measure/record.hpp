@@ -61,6 +61,9 @@ struct Record {
     std::vector<StepRow> rows;
 };
 
+/// A record of the run without results, with environment().
+Record started_record(const RunSpec& spec);
+
 /// Name of a run: a hash over its specification alone, 16 hexadecimal digits. Measuring a run again does not change it.
 std::string run_id(const RunSpec& spec);
 

@@ -162,7 +162,7 @@ void SheetSides::find_near_rim() {
     for (const RimEdge& edge : sheet_->rim()) {
         const Vector3 u = sheet_->now().col(edge.from);
         const Vector3 v = sheet_->now().col(edge.to);
-        const Box ends{u.cwiseMin(v), u.cwiseMax(v)};
+        const Box ends = box_of(u, v);
         if (rays_miss(body_->box(), ends)) continue;
         near_rim_.push_back(edge);
         near_rim_box_.push_back(ends);
@@ -178,7 +178,7 @@ void SheetSides::find_near_rim() {
 /// Signed crossings of the curtain on the straight path, as they change the upward ray's.
 int SheetSides::curtain_passages(const Vector3& from, const Vector3& to) {
     if (near_rim_.empty()) return 0;
-    const Box path{from.cwiseMin(to), from.cwiseMax(to)};
+    const Box path = box_of(from, to);
     int sum = 0;
     // A curtain has no end: only its view from above counts.
     near_rim_tree_.visit_along_from_above(from, to, [&](Index i) {
@@ -343,13 +343,12 @@ Index SheetSides::declared_right() const {
             const Index to = topology.triangles((i + 1) % 3, t);
             const Vector3 p = body_->now().col(from);
             const Vector3 q = body_->now().col(to);
-            const Box edge{p.cwiseMin(q), p.cwiseMax(q)};
+            const Box edge = box_of(p, q);
             if (!edge.overlaps(sheet_->box())) continue;
             for (Index face = other.first; face < other.end(); ++face) {
-                const Vector3 a = sheet_->now().col(topology.triangles(0, face));
-                const Vector3 b = sheet_->now().col(topology.triangles(1, face));
-                const Vector3 c = sheet_->now().col(topology.triangles(2, face));
-                if (!edge.overlaps(Box{a.cwiseMin(b).cwiseMin(c), a.cwiseMax(b).cwiseMax(c)})) continue;
+                const Corners corners = corners_of(topology.triangles, sheet_->now(), face);
+                if (!edge.overlaps(box_of(corners))) continue;
+                const auto& [a, b, c] = corners;
                 const int start = orientation_sign(a, b, c, p);  // -1: in front
                 if (start == 0 || orientation_sign(a, b, c, q) != -start) continue;
                 const int side = orientation_sign(p, q, a, b);

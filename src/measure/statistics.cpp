@@ -2,53 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <stdexcept>
 
 #include "geometry/random.hpp"
+#include "geometry/types.hpp"
 
 namespace trocar {
 namespace {
-
-constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 /// The middle 95 % of the resampled statistics (percentile bootstrap, Efron and Tibshirani 1993, ch. 13).
 Bounds middle(const std::vector<double>& statistics) {
     return {.low = quantile(statistics, 0.025), .high = quantile(statistics, 0.975)};
 }
 
-/// Which process and which tick each entry of a resample is taken from.
-struct Choice {
-    std::size_t process = 0;
-    std::size_t tick = 0;
-};
-
-void choose(const std::vector<std::size_t>& ticks_of_process, std::size_t block, Random& random,
-            std::vector<Choice>& choices) {
-    choices.clear();
-    for (std::size_t i = 0; i < ticks_of_process.size(); ++i) {
-        const std::size_t process = random.below(ticks_of_process.size());
-        const std::size_t count = ticks_of_process[process];
-        for (std::size_t filled = 0; filled < count;) {
-            const std::size_t start = random.below(count);
-            for (std::size_t k = 0; k < block && filled < count; ++k, ++filled) {
-                choices.push_back({process, (start + k) % count});
-            }
-        }
-    }
-}
-
-std::vector<std::size_t> sizes_of(const std::vector<std::vector<double>>& processes) {
-    std::vector<std::size_t> sizes;
-    sizes.reserve(processes.size());
-    for (const std::vector<double>& ticks : processes) sizes.push_back(ticks.size());
-    return sizes;
-}
-
-std::vector<double> pick(const std::vector<std::vector<double>>& processes, const std::vector<Choice>& choices) {
-    std::vector<double> values;
-    values.reserve(choices.size());
-    for (const Choice& choice : choices) values.push_back(processes[choice.process][choice.tick]);
-    return values;
+/// Number of values from which a quantile is printed.
+std::int64_t smallest_count(double q) {
+    if (q <= 0.9) return 1;
+    return q <= 0.99 ? 1000 : 100000;
 }
 
 /// Of at least one value, ascending.
@@ -67,14 +36,9 @@ double median(std::vector<double> values) { return quantile(std::move(values), 0
 
 double quantile(std::vector<double> values, double q) {
     std::erase_if(values, [](double value) { return std::isnan(value); });
-    if (values.empty()) return no_value;
+    if (values.empty()) return not_known;
     std::sort(values.begin(), values.end());
     return quantile_of_sorted(values, q);
-}
-
-std::int64_t smallest_count(double q) {
-    if (q <= 0.9) return 1;
-    return q <= 0.99 ? 1000 : 100000;
 }
 
 std::optional<double> tail_quantile(const std::vector<double>& values, double q) {
@@ -88,14 +52,12 @@ double geometric_mean(const std::vector<double>& values) {
     std::size_t count = 0;
     for (const double value : values) {
         if (std::isnan(value)) continue;
-        if (!(value > 0.0)) return no_value;
+        if (!(value > 0.0)) return not_known;
         sum += std::log(value);
         ++count;
     }
-    return count == 0 ? no_value : std::exp(sum / static_cast<double>(count));
+    return count == 0 ? not_known : std::exp(sum / static_cast<double>(count));
 }
-
-Bounds range_of(const std::vector<double>& values) { return {quantile(values, 0.0), quantile(values, 1.0)}; }
 
 Bounds bootstrap(const std::vector<double>& values, const Statistic& statistic, std::uint64_t seed, int resamples) {
     std::vector<double> known = values;
@@ -174,21 +136,6 @@ Bounds bounds_of_median(const Resamples& resamples) {
         medians.push_back(median(processes));
     }
     return middle(medians);
-}
-
-Bounds bootstrap_ratio(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b,
-                       const Statistic& statistic, std::int64_t block, std::uint64_t seed, int resamples) {
-    const std::vector<std::size_t> sizes = sizes_of(a);
-    if (sizes != sizes_of(b)) throw std::logic_error("a ratio needs as many processes and ticks on both sides");
-    if (sizes.empty()) return {};
-    Random random(seed);
-    std::vector<double> statistics;
-    std::vector<Choice> choices;
-    for (int i = 0; i < resamples; ++i) {
-        choose(sizes, static_cast<std::size_t>(std::max<std::int64_t>(1, block)), random, choices);
-        statistics.push_back(statistic(pick(a, choices)) / statistic(pick(b, choices)));
-    }
-    return middle(statistics);
 }
 
 }  // namespace trocar

@@ -4,9 +4,10 @@
 
 #include <cstdint>
 #include <functional>
-#include <limits>
 #include <optional>
 #include <vector>
+
+#include "geometry/types.hpp"
 
 namespace trocar {
 
@@ -19,22 +20,17 @@ double median(std::vector<double> values);
 /// Quantile 0 <= q <= 1 by linear interpolation between order statistics (Hyndman and Fan 1996, type 7); NaN for none.
 double quantile(std::vector<double> values, double q);
 
-/// Smallest count from which a quantile is printed: 1 up to q = 0.9, 1000 up to 0.99, 1e5 beyond (STUDIES, Measuring).
-std::int64_t smallest_count(double q);
-
-/// As quantile, but nothing ("n too small") below smallest_count(q).
+/// As quantile, but nothing ("n too small") for too few values. The smallest count is 1 up to q = 0.9, 1000 up to 0.99,
+/// 1e5 beyond (STUDIES, Measuring).
 std::optional<double> tail_quantile(const std::vector<double>& values, double q);
 
 /// Positive values only; NaN for none or when one is not positive.
 double geometric_mean(const std::vector<double>& values);
 
 struct Bounds {
-    double low = std::numeric_limits<double>::quiet_NaN();
-    double high = std::numeric_limits<double>::quiet_NaN();
+    double low = not_known;
+    double high = not_known;
 };
-
-/// Smallest and largest value; NaN for none. Printed instead of an interval for fewer than 10 processes.
-Bounds range_of(const std::vector<double>& values);
 
 using Statistic = std::function<double(std::vector<double>)>;
 
@@ -62,10 +58,5 @@ std::vector<Resamples> resampled_quantiles(const std::vector<std::vector<double>
 
 /// 95 % interval of the median over processes; NaN for no resample or where a number is NaN.
 Bounds bounds_of_median(const Resamples& resamples);
-
-/// 95 % interval of the ratio statistic(a) / statistic(b). Ticks of the same frame are resampled together, so that a
-/// and b must have as many processes and ticks.
-Bounds bootstrap_ratio(const std::vector<std::vector<double>>& a, const std::vector<std::vector<double>>& b,
-                       const Statistic& statistic, std::int64_t block, std::uint64_t seed, int resamples = 1000);
 
 }  // namespace trocar

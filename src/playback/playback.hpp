@@ -28,14 +28,13 @@ const char* name_of(ActingKind kind);
 /// One contact of a tick. Points are those of the frame shown, so that arrows start on the drawn surface. Depth and
 /// normal are those at the start of the tick.
 struct PlayedContact {
-    static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
     ActingKind kind = ActingKind::found;
-    Index body = -1;                            ///< found: body_a; else the one that is pushed
-    Index other = -1;                           ///< the one it touches; -1: unknown
-    Vector3 point = Vector3::Constant(unset);   ///< m, world
-    Vector3 normal = Vector3::Constant(unset);  ///< unit; found: from body to other; pushed: direction of the push
-    double depth = unset;                       ///< m, >= 0; NaN: unknown (held_force, placed)
-    Vector3 force = Vector3::Constant(unset);   ///< N, on `body`, mean over the tick; NaN: unknown (found, placed)
+    Index body = -1;                                ///< found: body_a; else the one that is pushed
+    Index other = -1;                               ///< the one it touches; -1: unknown
+    Vector3 point = Vector3::Constant(not_known);   ///< m, world
+    Vector3 normal = Vector3::Constant(not_known);  ///< unit; found: from body to other; pushed: direction of the push
+    double depth = not_known;                       ///< m, >= 0; NaN: unknown (held_force, placed)
+    Vector3 force = Vector3::Constant(not_known);   ///< N, on `body`, mean over the tick; NaN: unknown (found, placed)
 };
 
 /// Load of contact on an instrument, mean over the tick. Bodies of one operator share their sum.

@@ -10,6 +10,7 @@
 
 #include "geometry/box_pairs.hpp"
 #include "geometry/exact.hpp"
+#include "scene/vertex_springs.hpp"
 
 namespace trocar {
 namespace {
@@ -23,16 +24,6 @@ constexpr double position_floor = 1e-6;  ///< m
 /// Below it differences shrink so slowly that all is solved once more with steps a quarter as long.
 constexpr double trusted_order = 0.5;
 constexpr double shorter_steps = 0.25;
-
-/// Body whose force a run shows: the first instrument that has a motion, else the first instrument.
-Index shown_body(const Scene& scene) {
-    Index shown = -1;
-    for (Index b = 0; b < scene.topology.body_count(); ++b) {
-        if (scene.topology.bodies[at(b)].kind != BodyKind::instrument) continue;
-        if (shown < 0 || (scene.bodies[at(b)].motion && !scene.bodies[at(shown)].motion)) shown = b;
-    }
-    return shown;
-}
 
 /// Time of the first jaw that closes, else the end of the scene: what is gripped depends on a rule of attachment.
 double time_of_grasp(const Scene& scene) {
@@ -86,11 +77,7 @@ struct Run {
 
 bool starts_crossed(const Scene& scene) {
     const Topology& topology = scene.topology;
-    const auto corners = [&](Index t) {
-        const auto corner = topology.triangles.col(t);
-        const Matrix3X& x = scene.first.position;
-        return Corners{x.col(corner[0]), x.col(corner[1]), x.col(corner[2])};
-    };
+    const auto corners = [&](Index t) { return corners_of(topology.triangles, scene.first.position, t); };
     std::vector<Box> boxes;
     std::vector<IndexPair> pairs;
     triangle_boxes(scene.first.position, topology.triangles, boxes);
@@ -188,22 +175,11 @@ std::vector<Vector3> force_between(const Run& a, const Run& b, double dt, double
 }
 
 double force_difference(const Run& a, const Run& b, double dt, double until) {
-    double sum = 0.0;
-    const auto difference = low_pass(force_between(a, b, dt, until), dt, force_band_hz);
-    for (const Vector3& value : difference) sum += value.squaredNorm();
-    return difference.empty() ? 0.0 : std::sqrt(sum / static_cast<double>(difference.size()));
+    return force_in_band(force_between(a, b, dt, until), dt).rms;
 }
 
 double impulse_difference(const Run& a, const Run& b, double dt, double until) {
-    const auto difference = force_between(a, b, dt, until);
-    const auto window = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(impulse_window / dt)));
-    double worst = 0.0;
-    for (std::size_t first = 0; first + window <= difference.size(); first += window) {
-        Vector3 sum = Vector3::Zero();
-        for (std::size_t i = first; i < first + window; ++i) sum += dt * difference[i];
-        worst = std::max(worst, sum.norm());
-    }
-    return worst;
+    return largest_impulse(force_between(a, b, dt, until), dt);
 }
 
 double position_difference(const Run& a, const Run& b, const std::vector<Index>& points, double until) {
@@ -241,9 +217,7 @@ std::vector<Index> choose_points(const Scene& scene, const Run& run) {
         }
     }
     std::sort(moved.begin(), moved.end());
-    double edge = 0.0;
-    for (const Spring& spring : scene.materials.springs) edge += spring.rest;
-    edge /= static_cast<double>(scene.materials.springs.size());
+    const double edge = mean_spring_length(scene.materials);
     for (const auto& entry : moved) {
         if (points.size() == most_points) break;
         const auto place = scene.first.position.col(entry.second);
@@ -358,10 +332,7 @@ Observed observed_force(const Refinement& refinement) {
 double shortest(const LawRuns::Triple& runs) { return std::min({runs[0]->until, runs[1]->until, runs[2]->until}); }
 
 double force_floor_of(const Run& run, double dt) {
-    double largest = 0.0;
-    for (const Vector3& force : low_pass(sampled(run, dt, run.until), dt, force_band_hz))
-        largest = std::max(largest, force.norm());
-    return std::max(force_floor, relative_floor * largest);
+    return std::max(force_floor, relative_floor * force_in_band(sampled(run, dt, run.until), dt).worst);
 }
 
 /// Whether hard contact stays within the strain limit, where all these runs know it and agree.
@@ -435,7 +406,7 @@ ReferenceSolution solve_law(const Scene& scene, ReferenceLaw law, const Referenc
     ReferenceSolution solution;
     solution.time_step = best.step;
     solution.residual = best.residual;
-    solution.worst_gap = std::isfinite(best.worst_gap) ? best.worst_gap : ReferenceSolution::unset;
+    solution.worst_gap = std::isfinite(best.worst_gap) ? best.worst_gap : not_known;
     if (hard) solution.rest_gap = runs.rest_gap(stiffness);
     solution.max_strain = best.strain;
     solution.max_strain_time = best.strain_time;

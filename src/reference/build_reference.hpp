@@ -38,8 +38,8 @@ Reference build_reference(const Scene& scene, const ReferencePlan& plan, const R
 /// of the first two and of the last two. Converges with an order of at least 0.3, or if both are below `floor`; the
 /// bound is then the larger one. Order NaN where fine >= coarse.
 struct Observed {
-    double order = ReferenceSolution::unset;
-    double bound = ReferenceSolution::unset;  ///< Richardson: fine / (2^order - 1), order at most 2
+    double order = not_known;
+    double bound = not_known;  ///< Richardson: fine / (2^order - 1), order at most 2
     bool converges = false;
 };
 Observed observe_order(double coarse, double fine, double floor);

@@ -70,14 +70,6 @@ ElasticFoundation::ElasticFoundation(const Scene& scene, const std::vector<std::
     }
 }
 
-double ElasticFoundation::triangle_area(Index t) const {
-    const auto corner = scene_->topology.triangles.col(t);
-    const Vector3 a = scene_->first.position.col(corner[0]);
-    const Vector3 b = scene_->first.position.col(corner[1]);
-    const Vector3 c = scene_->first.position.col(corner[2]);
-    return 0.5 * (b - a).cross(c - a).norm();
-}
-
 void ElasticFoundation::lay(Index slave, Index master, const ContactLaw& law, double share, int points,
                             const Matrix3X& x) {
     const Topology& topology = scene_->topology;
@@ -87,7 +79,7 @@ void ElasticFoundation::lay(Index slave, Index master, const ContactLaw& law, do
     foundation.master = master;
     double total = 0.0;
     for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-        foundation.area.push_back(triangle_area(t));
+        foundation.area.push_back(0.5 * area_normal(corners_of(topology.triangles, scene_->first.position, t)).norm());
         total += foundation.area.back();
     }
     const double mean_area = total / body.vertices.count;
@@ -133,14 +125,12 @@ double ElasticFoundation::most_depth_of(Index master, const Matrix3X& x) const {
     const double size = (surface.box().max - surface.box().min).maxCoeff();
     double deepest = 0.0;
     for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-        const auto corner = topology.triangles.col(t);
-        const Vector3 a = x.col(corner[0]);
-        const Vector3 b = x.col(corner[1]);
-        const Vector3 c = x.col(corner[2]);
-        const Vector3 inwards = -(b - a).cross(c - a).normalized();
+        const Corners corners = corners_of(topology.triangles, x, t);
+        const Vector3 middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        const Vector3 inwards = -area_normal(corners).normalized();
         constexpr int places = 64;
         for (int i = 1; i <= places; ++i) {
-            const Vector3 place = (a + b + c) / 3.0 + 0.5 * size * i / places * inwards;
+            const Vector3 place = middle + 0.5 * size * i / places * inwards;
             const double depth = -surface.nearest(topology.triangles, x, place).signed_distance;
             if (depth <= 0.0) break;
             deepest = std::max(deepest, depth);

@@ -44,7 +44,6 @@ private:
         Matrix3X searched_from;         ///< 3×N, m, positions of the last full search
     };
     void lay(Index slave, Index master, const ContactLaw& law, double share, int points, const Matrix3X& x);
-    [[nodiscard]] double triangle_area(Index t) const;
     [[nodiscard]] double most_depth_of(Index master, const Matrix3X& x) const;
     template <typename Use>
     void for_each_sample(Foundation& foundation, const Matrix3X& x, Use&& use);

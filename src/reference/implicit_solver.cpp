@@ -19,7 +19,7 @@ constexpr int most_iterations = 400;
 constexpr double path_weight = 1e3;
 
 struct Operator {
-    std::vector<Index> bodies;
+    Index body = -1;  ///< the first of its instrument, whose script it follows
     Index node = -1;
     OperatorModel model;
     Vector3 target = Vector3::Zero();
@@ -35,8 +35,9 @@ struct ImplicitSolver::State {
     SolverSettings settings;
 
     // Unknowns: one node of three for each free tissue vertex and each operator, and how far the script has come.
-    std::vector<Index> node_of_vertex;  ///< N, -1 = not free
-    std::vector<Index> vertex_of_node;  ///< -1 = operator
+    std::vector<Index> node_of_vertex;    ///< N, -1 = not free
+    std::vector<Index> vertex_of_node;    ///< -1 = operator
+    std::vector<Index> operator_of_body;  ///< position in operators, -1 = none
     std::vector<Operator> operators;
     Matrix3X x;       ///< 3×N, now
     Matrix3X script;  ///< 3×N, how far the script moves a vertex in this step
@@ -67,6 +68,7 @@ struct ImplicitSolver::State {
 
     State(const Scene& the_scene, const SolverSettings& the_settings)
         : scene(the_scene), topology(the_scene.topology), materials(the_scene.materials), settings(the_settings) {
+        operator_of_body = operators_of_bodies(scene);
         x = scene.first.position;
         script = Matrix3X::Zero(3, topology.vertex_count);
         find_nodes();
@@ -110,25 +112,20 @@ struct ImplicitSolver::State {
             }
         }
         for (Index b = 0; b < topology.body_count(); ++b) {
-            const BodyRange& body = topology.bodies[at(b)];
+            const Index number = operator_of_body[at(b)];
+            if (number < 0) continue;
             const auto& motion = scene.bodies[at(b)].motion;
-            if (body.kind != BodyKind::instrument || !motion || motion->drive != Drive::simulated_operator) continue;
-            auto coupling = std::find_if(operators.begin(), operators.end(), [&](const Operator& other) {
-                return !body.instrument.empty() &&
-                       topology.bodies[at(other.bodies.front())].instrument == body.instrument;
-            });
-            if (coupling == operators.end()) {
+            if (at(number) == operators.size()) {
                 operators.push_back(
-                    {.bodies = {}, .node = static_cast<Index>(vertex_of_node.size()), .model = motion->coupling});
-                coupling = operators.end() - 1;
+                    {.body = b, .node = static_cast<Index>(vertex_of_node.size()), .model = motion->coupling});
                 vertex_of_node.push_back(-1);
                 node_mass.push_back(motion->coupling.mass);
                 node_drag.push_back(0.0);
                 places.push_back(motion->pose_at(0.0).translation);
             }
-            coupling->bodies.push_back(b);
             body_moves[at(b)] = 1;
-            for (Index v = body.vertices.first; v < body.vertices.end(); ++v) node_of_vertex[at(v)] = coupling->node;
+            const Range body = topology.bodies[at(b)].vertices;
+            for (Index v = body.first; v < body.end(); ++v) node_of_vertex[at(v)] = operators[at(number)].node;
         }
         node.resize(3, static_cast<Eigen::Index>(places.size()));
         for (std::size_t n = 0; n < places.size(); ++n) node.col(static_cast<Eigen::Index>(n)) = places[n];
@@ -322,16 +319,13 @@ struct ImplicitSolver::State {
             if (!motion) continue;
             Pose pose = motion->pose_at(target_time);
             if (motion->drive == Drive::simulated_operator) {
-                const auto coupling = std::find_if(operators.begin(), operators.end(), [&](const Operator& h) {
-                    return std::find(h.bodies.begin(), h.bodies.end(), b) != h.bodies.end();
-                });
-                if (coupling == operators.end()) continue;
-                if (coupling->bodies.front() == b) {
+                Operator& coupling = operators[at(operator_of_body[at(b)])];
+                if (coupling.body == b) {
                     const Vector3 before = motion->pose_at(target_time - settings.time_step).translation;
-                    coupling->target = pose.translation;
-                    coupling->target_velocity = (pose.translation - before) / settings.time_step;
+                    coupling.target = pose.translation;
+                    coupling.target_velocity = (pose.translation - before) / settings.time_step;
                 }
-                pose.translation += node.col(coupling->node) - coupling->target;
+                pose.translation += node.col(coupling.node) - coupling.target;
             }
             place_body(scene.bodies[at(b)], topology.bodies[at(b)].vertices, pose, target);
         }

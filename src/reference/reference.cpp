@@ -91,103 +91,54 @@ std::string solution_text(const ReferenceSolution& solution) {
     return text + "]}";
 }
 
-/// Reads members of one JSON object with complaints that name file and pointer.
-class Reader {
-public:
-    Reader(const OrderedJson& object, std::string file, std::string pointer)
-        : object_(object), file_(std::move(file)), pointer_(std::move(pointer)) {
-        if (!object.is_object()) throw InputError(file_, pointer_, "an object", object.type_name());
-    }
-    [[nodiscard]] const OrderedJson& at(const char* key) const {
-        const auto found = object_.find(key);
-        if (found == object_.end()) fail(key, "this key", "nothing");
-        return *found;
-    }
-    [[nodiscard]] double number(const char* key) const {
-        const OrderedJson& value = at(key);
-        if (value.is_null()) return ReferenceSolution::unset;
-        if (!value.is_number()) fail(key, "a number or null", value.type_name());
-        return value.get<double>();
-    }
-    [[nodiscard]] std::string text(const char* key) const {
-        if (!at(key).is_string()) fail(key, "a text", at(key).type_name());
-        return at(key).get<std::string>();
-    }
-    [[nodiscard]] bool flag(const char* key) const {
-        if (!at(key).is_boolean()) fail(key, "true or false", at(key).type_name());
-        return at(key).get<bool>();
-    }
-    [[nodiscard]] std::optional<bool> flag_if_known(const char* key) const {
-        return at(key).is_null() ? std::nullopt : std::optional(flag(key));
-    }
-    /// Two numbers or nulls.
-    void read_pair(const char* key, std::array<double, 2>& target) const {
-        const OrderedJson& list = at(key);
-        if (!list.is_array() || list.size() != 2) fail(key, "two numbers", list.dump());
-        for (std::size_t i = 0; i < 2; ++i) {
-            if (!list[i].is_null() && !list[i].is_number()) fail(key, "two numbers", list.dump());
-            target.at(i) = list[i].is_null() ? ReferenceSolution::unset : list[i].get<double>();
-        }
-    }
-    [[nodiscard]] Refinement refinement(const char* key) const {
-        const Reader reader(at(key), file_, pointer_ + "/" + key);
-        Refinement read;
-        reader.read_pair("force", read.force);
-        reader.read_pair("impulse", read.impulse);
-        reader.read_pair("position", read.position);
-        read.force_floor = reader.number("force_floor");
-        return read;
-    }
-    [[nodiscard]] Matrix3X columns(const OrderedJson& list, const char* key) const {
-        if (!list.is_array()) fail(key, "a list of points", list.type_name());
-        Matrix3X result(3, static_cast<Eigen::Index>(list.size()));
-        for (std::size_t c = 0; c < list.size(); ++c) {
-            if (!list[c].is_array() || list[c].size() != 3) fail(key, "three numbers for each point", list[c].dump());
-            for (std::size_t i = 0; i < 3; ++i) {
-                if (!list[c][i].is_number()) fail(key, "three numbers for each point", list[c].dump());
-                result(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(c)) = list[c][i].get<double>();
-            }
-        }
-        return result;
-    }
-    [[noreturn]] void fail(const std::string& key, const std::string& expected, const std::string& got) const {
-        throw InputError(file_, pointer_ + "/" + key, expected, got);
-    }
+double number_or_unset(const JsonNode& node) { return node.is_null() ? not_known : node.number(); }
 
-private:
-    const OrderedJson& object_;
-    std::string file_;
-    std::string pointer_;
-};
+std::array<double, 2> pair_from(const JsonNode& node) {
+    const std::vector<JsonNode> list = node.list();
+    if (list.size() != 2) node.fail("two numbers");
+    return {number_or_unset(list[0]), number_or_unset(list[1])};
+}
 
-ReferenceSolution solution_from(const OrderedJson& json, const std::string& file, const std::string& pointer) {
-    const Reader reader(json, file, pointer);
+Refinement refinement_from(const JsonNode& node) {
+    return {.force = pair_from(node.at("force")),
+            .impulse = pair_from(node.at("impulse")),
+            .position = pair_from(node.at("position")),
+            .force_floor = number_or_unset(node.at("force_floor"))};
+}
+
+Matrix3X columns_from(const JsonNode& node) {
+    const std::vector<JsonNode> points = node.list();
+    Matrix3X columns(3, static_cast<Eigen::Index>(points.size()));
+    for (std::size_t c = 0; c < points.size(); ++c) columns.col(static_cast<Eigen::Index>(c)) = points[c].vector3();
+    return columns;
+}
+
+ReferenceSolution solution_from(const JsonNode& node) {
     ReferenceSolution solution;
-    solution.available = reader.flag("available");
-    solution.reason = reader.text("reason");
-    for (const auto& [key, member] : numbers()) solution.*member = reader.number(key);
-    reader.read_pair("strain_range", solution.strain_range);
-    solution.clears_within_strain_limit = reader.flag_if_known("clears_within_strain_limit");
-    solution.by_time_step = reader.refinement("by_time_step");
-    solution.by_stiffness = reader.refinement("by_stiffness");
-    for (const OrderedJson& point : reader.at("points")) {
-        if (!point.is_number_integer() || point.get<std::int64_t>() < 0)
-            reader.fail("points", "numbers >= 0", "another");
-        solution.points.push_back(point.get<Index>());
+    solution.available = node.at("available").flag();
+    solution.reason = node.at("reason").any_text();
+    for (const auto& [key, member] : numbers()) solution.*member = number_or_unset(node.at(key));
+    solution.strain_range = pair_from(node.at("strain_range"));
+    const JsonNode clears = node.at("clears_within_strain_limit");
+    if (!clears.is_null()) solution.clears_within_strain_limit = clears.flag();
+    solution.by_time_step = refinement_from(node.at("by_time_step"));
+    solution.by_stiffness = refinement_from(node.at("by_stiffness"));
+    for (const JsonNode& point : node.at("points").list()) {
+        solution.points.push_back(static_cast<Index>(point.integer(0, std::numeric_limits<Index>::max())));
     }
-    solution.force = reader.columns(reader.at("force"), "force");
-    for (const OrderedJson& list : reader.at("positions")) {
-        solution.positions.push_back(reader.columns(list, "positions"));
-        if (solution.positions.back().cols() != static_cast<Eigen::Index>(solution.points.size())) {
-            reader.fail("positions", "as many points as `points` has", fmt::format("{}", list.size()));
+    solution.force = columns_from(node.at("force"));
+    for (const JsonNode& places : node.at("positions").list()) {
+        solution.positions.push_back(columns_from(places));
+        if (at(solution.positions.back().cols()) != solution.points.size()) {
+            places.fail("as many points as `points` has", fmt::format("{}", solution.positions.back().cols()));
         }
     }
     if (solution.available) {
-        if (!(solution.sample_interval > 0.0)) reader.fail("sample_interval", "a number > 0", "another");
-        if (!(solution.position_interval > 0.0)) reader.fail("position_interval", "a number > 0", "another");
-        if (!(solution.until >= 0.0)) reader.fail("until", "a number >= 0", "another");
-        if (solution.force.cols() == 0) reader.fail("force", "at least one sample", "none");
-        if (solution.positions.empty()) reader.fail("positions", "at least one sample", "none");
+        solution.sample_interval = node.at("sample_interval").positive();
+        solution.position_interval = node.at("position_interval").positive();
+        solution.until = node.at("until").non_negative();
+        if (solution.force.cols() == 0) node.at("force").fail("at least one sample", "none");
+        if (solution.positions.empty()) node.at("positions").fail("at least one sample", "none");
     }
     return solution;
 }
@@ -264,19 +215,18 @@ std::filesystem::path reference_file(const std::filesystem::path& scene_file, do
 }
 
 Reference read_reference(const std::filesystem::path& file) {
-    const OrderedJson document = parse_ordered_json(read_whole(file, "a stored reference"), file.string());
-    const Reader reader(document, file.string(), "");
-    if (reader.text("format") != format_name) reader.fail("format", format_name, reader.text("format"));
+    const std::string name = file.string();
+    const Json document = parse_json(read_whole(file, "a stored reference"), name);
+    const JsonNode root(document, name);
+    root.at("format").expect_word(format_name);
     Reference reference;
-    reference.scene = reader.text("scene");
-    reference.scene_hash = reader.text("scene_hash");
-    if (document.contains("turned_k")) reference.turned_k = reader.number("turned_k");
-    for (const auto& [key, value] : reader.at("origin").items()) {
-        if (!value.is_string()) reader.fail("origin/" + key, "a text", value.type_name());
-        reference.origin[key] = value.get<std::string>();
-    }
-    reference.hard = solution_from(reader.at("hard"), file.string(), "/hard");
-    reference.equal_k = solution_from(reader.at("equal_k"), file.string(), "/equal_k");
+    reference.scene = root.at("scene").text();
+    reference.scene_hash = root.at("scene_hash").any_text();
+    if (const auto turned_k = root.find("turned_k")) reference.turned_k = number_or_unset(*turned_k);
+    const JsonNode origin = root.at("origin");
+    for (const std::string& key : origin.keys()) reference.origin[key] = origin.at(key).any_text();
+    reference.hard = solution_from(root.at("hard"));
+    reference.equal_k = solution_from(root.at("equal_k"));
     return reference;
 }
 
@@ -316,7 +266,7 @@ std::string FoundReference::message() const {
 FoundReference find_reference(const Scene& scene) {
     FoundReference found = look_up(scene, scene.turned_k);
     if (!std::isnan(scene.turned_k)) {
-        found.reference.hard = look_up(scene, ReferenceSolution::unset).reference.hard;
+        found.reference.hard = look_up(scene, not_known).reference.hard;
     }
     return found;
 }
@@ -349,6 +299,29 @@ std::vector<Vector3> low_pass(const std::vector<Vector3>& samples, double dt, do
     return result;
 }
 
+ForceSize force_in_band(const std::vector<Vector3>& samples, double dt) {
+    ForceSize size;
+    double squares = 0.0;
+    for (const Vector3& force : low_pass(samples, dt, force_band_hz)) {
+        squares += force.squaredNorm();
+        // fmax would swallow a NaN, which means that a run reported no force.
+        size.worst = std::isnan(force.norm()) ? force.norm() : std::max(size.worst, force.norm());
+    }
+    size.rms = std::sqrt(squares / static_cast<double>(samples.size()));
+    return size;
+}
+
+double largest_impulse(const std::vector<Vector3>& samples, double dt) {
+    const auto window = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(impulse_window / dt)));
+    double largest = 0.0;
+    for (std::size_t first = 0; first + window <= samples.size(); first += window) {
+        Vector3 sum = Vector3::Zero();
+        for (std::size_t i = first; i < first + window; ++i) sum += dt * samples[i];
+        largest = std::isnan(sum.norm()) ? sum.norm() : std::max(largest, sum.norm());
+    }
+    return largest;
+}
+
 ReferenceComparison::ReferenceComparison(const FoundReference& found, double dt) : dt_(dt) {
     const Reference& reference = found.reference;
     if (reference.equal_k.available) laws_[0].solution = &reference.equal_k;
@@ -374,38 +347,19 @@ void ReferenceComparison::observe(double time, const Vector3& tool_force, const 
 }
 
 ReferenceErrors ReferenceComparison::errors() const {
-    constexpr double unset = ReferenceSolution::unset;
     ReferenceErrors errors;
     for (std::size_t i = 0; i < laws_.size(); ++i) {
         const Law& law = laws_.at(i);
         const bool known = law.solution != nullptr && !law.force_difference.empty();
-        double squares = unset;
-        double worst = unset;
-        double impulse = unset;
-        if (known) {
-            squares = 0.0;
-            worst = 0.0;
-            impulse = 0.0;
-            for (const Vector3& difference : low_pass(law.force_difference, dt_, force_band_hz)) {
-                squares += difference.squaredNorm();
-                // fmax would swallow a NaN, which here means that the run reported no force.
-                worst = std::isnan(difference.norm()) ? difference.norm() : std::max(worst, difference.norm());
-            }
-            const auto window = std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(impulse_window / dt_)));
-            for (std::size_t first = 0; first + window <= law.force_difference.size(); first += window) {
-                Vector3 sum = Vector3::Zero();
-                for (std::size_t j = first; j < first + window; ++j) sum += dt_ * law.force_difference[j];
-                impulse = std::isnan(sum.norm()) ? sum.norm() : std::max(impulse, sum.norm());
-            }
-        }
+        const ForceSize size = known ? force_in_band(law.force_difference, dt_) : ForceSize{not_known, not_known};
         const bool places = known && law.position_count > 0.0;
         ReferenceErrors::Law& error = i == 0 ? errors.equal_k : errors.hard;
-        error.force_rms = known ? std::sqrt(squares / static_cast<double>(law.force_difference.size())) : unset;
-        error.force_worst = worst;
-        error.impulse_worst = impulse;
-        error.position_rms = places ? std::sqrt(law.position_squares / law.position_count) : unset;
-        error.position_worst = places ? law.position_worst : unset;
-        error.force_bound = known ? law.solution->force_bound : unset;
+        error.force_rms = size.rms;
+        error.force_worst = size.worst;
+        error.impulse_worst = known ? largest_impulse(law.force_difference, dt_) : not_known;
+        error.position_rms = places ? std::sqrt(law.position_squares / law.position_count) : not_known;
+        error.position_worst = places ? law.position_worst : not_known;
+        error.force_bound = known ? law.solution->force_bound : not_known;
     }
     errors.hard_clears = clears_;
     return errors;

@@ -6,7 +6,6 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
-#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -19,45 +18,43 @@ namespace trocar {
 /// ResponseOutput of one refinement: the differences between its three finest runs, first of the two coarser, then of
 /// the two finer ones.
 struct Refinement {
-    static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
-    std::array<double, 2> force{unset, unset};     ///< N, RMS below 30 Hz
-    std::array<double, 2> impulse{unset, unset};   ///< N s, largest per 10 ms
-    std::array<double, 2> position{unset, unset};  ///< m, largest of the stored points
-    double force_floor = unset;                    ///< N: differences of force up to this count as zero
+    std::array<double, 2> force{not_known, not_known};     ///< N, RMS below 30 Hz
+    std::array<double, 2> impulse{not_known, not_known};   ///< N s, largest per 10 ms
+    std::array<double, 2> position{not_known, not_known};  ///< m, largest of the stored points
+    double force_floor = not_known;                        ///< N: differences of force up to this count as zero
 };
 
 /// Solution of one contact law: hard, or an elastic foundation with the stiffness of the scene or of a study's
 /// parameter.
 struct ReferenceSolution {
-    static constexpr double unset = std::numeric_limits<double>::quiet_NaN();
     bool available = false;
-    std::string reason;        ///< reason for no solution, or for an end before the scene's
-    double until = unset;      ///< s; valid for times up to this
-    double time_step = unset;  ///< s, of the stored, finest solution; smaller for sudden motion
-    double residual = unset;   ///< largest unbalanced force over the largest contact force, over all steps
-    double worst_gap = unset;  ///< m, smallest gap at the end of a step; negative = penetration
-    double rest_gap = unset;   ///< m, hard: distance below which surfaces repel; equal k: NaN
+    std::string reason;            ///< reason for no solution, or for an end before the scene's
+    double until = not_known;      ///< s; valid for times up to this
+    double time_step = not_known;  ///< s, of the stored, finest solution; smaller for sudden motion
+    double residual = not_known;   ///< largest unbalanced force over the largest contact force, over all steps
+    double worst_gap = not_known;  ///< m, smallest gap at the end of a step; negative = penetration
+    double rest_gap = not_known;   ///< m, hard: distance below which surfaces repel; equal k: NaN
     /// Observed orders from three steps and three stiffnesses (hard: repelling distances), halved one at a time. NaN
     /// where the differences do not shrink.
-    double order_time_step = unset;
-    double order_stiffness = unset;
+    double order_time_step = not_known;
+    double order_stiffness = not_known;
     Refinement by_time_step;
     Refinement by_stiffness;
-    double force_bound = unset;      ///< N, RMS below 30 Hz: remaining error of both refinements
-    double impulse_bound = unset;    ///< N s, largest per 10 ms
-    double position_bound = unset;   ///< m, largest
-    double max_strain = unset;       ///< largest edge strain over the run
-    double max_strain_time = unset;  ///< s, time of max_strain
-    double final_strain = unset;     ///< largest edge strain at the end of the run
+    double force_bound = not_known;      ///< N, RMS below 30 Hz: remaining error of both refinements
+    double impulse_bound = not_known;    ///< N s, largest per 10 ms
+    double position_bound = not_known;   ///< m, largest
+    double max_strain = not_known;       ///< largest edge strain over the run
+    double max_strain_time = not_known;  ///< s, time of max_strain
+    double final_strain = not_known;     ///< largest edge strain at the end of the run
     /// Hard: no gap closes and no edge exceeds the strain limit at any time. Known without a force reference if the run
     /// reached the end of the scene or exceeded the limit, and all refinements agree.
     std::optional<bool> clears_within_strain_limit;
-    std::array<double, 2> strain_range{unset, unset};  ///< smallest and largest max_strain of all refinements
-    double sample_interval = unset;                    ///< s
-    Matrix3X force;                    ///< 3×S, N, on the shown body at times 0, interval, 2 interval …
-    double position_interval = unset;  ///< s
-    std::vector<Index> points;         ///< vertices with stored positions
-    std::vector<Matrix3X> positions;   ///< one 3×points matrix per position_interval, m, world
+    std::array<double, 2> strain_range{not_known, not_known};  ///< smallest and largest max_strain of all refinements
+    double sample_interval = not_known;                        ///< s
+    Matrix3X force;                        ///< 3×S, N, on the shown body at times 0, interval, 2 interval …
+    double position_interval = not_known;  ///< s
+    std::vector<Index> points;             ///< vertices with stored positions
+    std::vector<Matrix3X> positions;       ///< one 3×points matrix per position_interval, m, world
 
     /// Linear between samples; constant after the last one.
     [[nodiscard]] Vector3 force_at(double time) const;
@@ -66,17 +63,16 @@ struct ReferenceSolution {
 
 struct Reference {
     std::string scene;
-    std::string scene_hash;                      ///< 16 hex digits of Scene::hash
-    double turned_k = ReferenceSolution::unset;  ///< N/m, Scene::turned_k; if set, only equal k is available
-    std::map<std::string, std::string> origin;   ///< commit, command, solver settings, seed
+    std::string scene_hash;                     ///< 16 hex digits of Scene::hash
+    double turned_k = not_known;                ///< N/m, Scene::turned_k; if set, only equal k is available
+    std::map<std::string, std::string> origin;  ///< commit, command, solver settings, seed
     ReferenceSolution hard;
     ReferenceSolution equal_k;
 };
 
 /// Path of a scene's reference: reference/NAME.json beside the scene file, or reference/NAME.k=VALUE.json for a contact
 /// stiffness other than the file's.
-std::filesystem::path reference_file(const std::filesystem::path& scene_file,
-                                     double turned_k = ReferenceSolution::unset);
+std::filesystem::path reference_file(const std::filesystem::path& scene_file, double turned_k = not_known);
 
 /// Throws InputError with file and JSON pointer.
 Reference read_reference(const std::filesystem::path& file);
@@ -99,16 +95,16 @@ std::string text_of(const ReferenceSolution& solution);
 /// are below 30 Hz, and differences are lengths of vectors.
 struct ReferenceErrors {
     struct Law {
-        double force_rms = ReferenceSolution::unset;       ///< N
-        double force_worst = ReferenceSolution::unset;     ///< N
-        double impulse_worst = ReferenceSolution::unset;   ///< N s, over 10 ms
-        double position_rms = ReferenceSolution::unset;    ///< m, of the stored tissue vertices or operators
-        double position_worst = ReferenceSolution::unset;  ///< m
-        double force_bound = ReferenceSolution::unset;     ///< N, root mean square, of the reference itself
+        double force_rms = not_known;       ///< N
+        double force_worst = not_known;     ///< N
+        double impulse_worst = not_known;   ///< N s, over 10 ms
+        double position_rms = not_known;    ///< m, of the stored tissue vertices or operators
+        double position_worst = not_known;  ///< m
+        double force_bound = not_known;     ///< N, root mean square, of the reference itself
     };
     Law equal_k;
     Law hard;
-    double hard_clears = ReferenceSolution::unset;  ///< 1: within the strain limit, 0: not; known without forces too
+    double hard_clears = not_known;  ///< 1: within the strain limit, 0: not; known without forces too
 };
 
 /// Accumulates the errors of one run against the reference.
@@ -129,7 +125,7 @@ private:
         double position_worst = 0.0;
     };
     double dt_;
-    double clears_ = ReferenceSolution::unset;
+    double clears_ = not_known;
     std::array<Law, 2> laws_;  ///< equal k, hard
 };
 
@@ -139,5 +135,15 @@ std::vector<Vector3> low_pass(const std::vector<Vector3>& samples, double dt, do
 
 inline constexpr double force_band_hz = 30.0;   ///< Hz, STUDIES: forces are compared below it
 inline constexpr double impulse_window = 0.01;  ///< s, window of the impulse errors
+
+/// Size of a course of forces below force_band_hz.
+struct ForceSize {
+    double rms = 0.0;    ///< N
+    double worst = 0.0;  ///< N; NaN where one force is
+};
+/// Samples are `dt` s apart; there is at least one.
+ForceSize force_in_band(const std::vector<Vector3>& samples, double dt);
+/// N s, largest over windows of impulse_window; NaN where one force is.
+double largest_impulse(const std::vector<Vector3>& samples, double dt);
 
 }  // namespace trocar

@@ -1,11 +1,11 @@
-// Signed distance of a point to a triangle surface by the pseudonormal at the closest point (Bærentzen & Aanæs 2005),
-// with a bounding box tree. Used by the elastic foundation of the reference.
+// Signed distance of a point to a triangle surface by the pseudonormal at the closest point (Bærentzen & Aanæs 2005).
+// Used by the elastic foundation of the reference.
 #pragma once
 
 #include <array>
 #include <vector>
 
-#include "geometry/types.hpp"
+#include "geometry/distance_tree.hpp"
 
 namespace trocar {
 
@@ -23,22 +23,13 @@ public:
     void prepare(const Triangles& triangles, Range range, const Matrix3X& position);
     /// Refits boxes and normals to moved vertices.
     void refit(const Triangles& triangles, const Matrix3X& position);
-    [[nodiscard]] bool empty() const { return nodes_.empty(); }
-    [[nodiscard]] Box box() const { return nodes_.empty() ? Box{} : nodes_.front().box; }
+    [[nodiscard]] bool empty() const { return tree_.empty(); }
+    [[nodiscard]] Box box() const { return tree_.box(); }
     [[nodiscard]] SurfacePoint nearest(const Triangles& triangles, const Matrix3X& position, const Vector3& p) const;
 
 private:
-    struct Node {
-        Box box;
-        Index first = 0;
-        Index count = 0;   ///< triangles of a leaf; 0 = inner node
-        Index second = 0;  ///< right child; the left one follows its parent
-    };
-    Index build(const std::vector<Vector3>& centres, Index first, Index count);
-
     Range range_;
-    std::vector<Index> order_;
-    std::vector<Node> nodes_;
+    DistanceTree tree_;
     /// per triangle and edge (corner, corner + 1): triangle across it, -1 rim
     std::vector<std::array<Index, 3>> neighbour_;
     Index first_vertex_ = 0;

@@ -15,7 +15,6 @@
 namespace trocar {
 
 inline constexpr int processes_for_interval = 10;  ///< with fewer, the interval is minimum to maximum over processes
-inline constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
 
 /// Metrics of one run. NaN = n/a.
 struct RunFigures {

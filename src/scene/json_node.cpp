@@ -235,6 +235,11 @@ std::optional<JsonNode> JsonNode::find(const std::string& key) const {
     return at(key);
 }
 
+std::string JsonNode::any_text() const {
+    if (!value_->is_string()) fail("a text");
+    return value_->get<std::string>();
+}
+
 std::string JsonNode::text() const {
     if (!value_->is_string() || value_->get_ref<const std::string&>().empty()) fail("a text");
     // Names stand in messages and tables, on terminals too.

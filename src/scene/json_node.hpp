@@ -53,7 +53,9 @@ public:
     [[nodiscard]] bool is_text() const { return value_->is_string(); }
     [[nodiscard]] bool is_null() const { return value_->is_null(); }
     [[nodiscard]] bool is_list() const { return value_->is_array(); }
-    /// A text of at least one character.
+    /// A text, maybe an empty one.
+    [[nodiscard]] std::string any_text() const;
+    /// A text of at least one printable character.
     [[nodiscard]] std::string text() const;
     /// One of `words`.
     [[nodiscard]] std::string word(const std::vector<std::string>& words) const;

@@ -16,12 +16,11 @@ namespace trocar {
 /// Contact of two triangles reported by another simulation, with optional geometry. A pair of triangles may have
 /// several contacts in a tick.
 struct RecordedContact {
-    static constexpr double unreported = std::numeric_limits<double>::quiet_NaN();
     Index a = -1;  ///< triangle of the topology; its body and that of b form a tested pair
     Index b = -1;
-    Vector3 point = Vector3::Constant(unreported);   ///< m, world; all three numbers, or NaN
-    Vector3 normal = Vector3::Constant(unreported);  ///< unit (to 1e-6), from the body of a to the body of b; or NaN
-    double depth = unreported;                       ///< m, positive: penetrating, negative: separated
+    Vector3 point = Vector3::Constant(not_known);   ///< m, world; all three numbers, or NaN
+    Vector3 normal = Vector3::Constant(not_known);  ///< unit (to 1e-6), from the body of a to the body of b; or NaN
+    double depth = not_known;                       ///< m, positive: penetrating, negative: separated
 };
 
 /// All contacts of one frame; an empty list means none.

@@ -27,15 +27,8 @@ const std::vector<std::string> recording_formats{"trocar-recording-1",
                                                  "trocar-recording-2"};  // the second has contacts
 constexpr std::int64_t header_offset = 16;
 constexpr std::int64_t most_frames = std::int64_t{1} << 40;
-const std::vector<std::string> kind_words{"instrument", "rigid", "tissue"};
 
 std::int64_t padded(std::int64_t bytes) { return (bytes + 7) / 8 * 8; }
-
-const std::string& word_of(BodyKind kind) { return kind_words[static_cast<std::size_t>(kind)]; }
-
-BodyKind kind_from(const std::string& word) {
-    return static_cast<BodyKind>(std::find(kind_words.begin(), kind_words.end(), word) - kind_words.begin());
-}
 
 /// Of the first `count` bytes.
 std::uint64_t hash_of_bytes(std::ifstream& stream, std::int64_t count) {
@@ -136,7 +129,7 @@ Header read_header(const JsonNode& node) {
         Body body;
         body.name = item.at("name").text();
         if (!names.insert(body.name).second) item.at("name").fail("a name of its own");
-        body.kind = kind_from(item.at("kind").word(kind_words));
+        body.kind = body_kind_of(item.at("kind").word(body_kind_words));
         body.closed = item.at("closed").flag();
         if (const auto instrument = item.find("instrument")) body.instrument = instrument->text();
         header.vertex_ranges.push_back(range_from(item.at("vertices"), header.vertices, "vertices"));
@@ -338,7 +331,7 @@ RecordingWriter::RecordingWriter(std::filesystem::path file, const Topology& top
                     {"bodies", nlohmann::ordered_json::array()}};
     for (const BodyRange& body : topology.bodies) {
         nlohmann::ordered_json item{{"name", body.name},
-                                    {"kind", word_of(body.kind)},
+                                    {"kind", body_kind_words[static_cast<std::size_t>(body.kind)]},
                                     {"closed", body.closed},
                                     {"vertices", {body.vertices.first, body.vertices.count}},
                                     {"triangles", {body.triangles.first, body.triangles.count}}};

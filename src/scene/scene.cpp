@@ -17,7 +17,9 @@
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_report.hpp"
 #include "geometry/orientation.hpp"
+#include "geometry/rigid_motion.hpp"
 #include "geometry/size_limits.hpp"
+#include "geometry/triangle_sides.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 #include "scene/rotation.hpp"
@@ -50,16 +52,6 @@ struct BodyPlan {
     std::vector<std::string> notes;  ///< what was made otherwise than the file has it
     std::string pinned_place;        ///< where the file says that the rim is pinned, or leaves it unsaid
 };
-
-void apply(const Matrix3& rotation, const Vector3& translation, Eigen::Ref<Matrix3X> points) {
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-        const Vector3 p = points.col(i);
-        for (int row = 0; row < 3; ++row) {
-            points(row, i) =
-                rotation(row, 0) * p.x() + rotation(row, 1) * p.y() + rotation(row, 2) * p.z() + translation[row];
-        }
-    }
-}
 
 struct PoseNumbers {
     Vector3 translation;
@@ -171,27 +163,12 @@ Surface read_part_mesh(const JsonNode& node, const Places& places) {
 
 /// Every edge belongs to exactly two triangles that run it in opposite directions.
 bool is_watertight(const Triangles& triangles) {
-    std::vector<std::array<Index, 3>> sides;  // lower end, higher end, direction
-    sides.reserve(static_cast<std::size_t>(triangles.size()));
-    for (Eigen::Index t = 0; t < triangles.cols(); ++t) {
-        for (int corner = 0; corner < 3; ++corner) {
-            const Index a = triangles(corner, t);
-            const Index b = triangles((corner + 1) % 3, t);
-            if (a != b) sides.push_back({std::min(a, b), std::max(a, b), a < b ? 0 : 1});
-        }
-    }
-    std::sort(sides.begin(), sides.end());
-    if (sides.size() % 2 != 0) return false;
-    for (std::size_t i = 0; i < sides.size(); i += 2) {
-        const auto& [low, high, path] = sides[i];
-        if (path != 0 || sides[i + 1] != std::array<Index, 3>{low, high, 1}) return false;
-        if (i > 0 && low == sides[i - 1][0] && high == sides[i - 1][1]) return false;
-    }
-    return true;
+    bool paired = true;
+    for_each_edge(sorted_sides(triangles), [&paired](std::span<const TriangleSide> edge) {
+        paired = paired && edge.size() == 2 && edge[0].forward != edge[1].forward;
+    });
+    return paired;
 }
-
-/// A seam of vertices stored twice is no hole: vertices at the same place are taken as one.
-Index hole_edges(const Surface& surface) { return boundary_edges(surface.vertices, surface.triangles); }
 
 struct Part {
     Surface surface;                   ///< m, body frame
@@ -287,7 +264,8 @@ Part read_part(const JsonNode& node, const Places& places, BodyKind kind, std::v
         // Vertices of tissue have a mass each: two at one place are two.
         leave_out_repeated(*part.mesh, kind != BodyKind::tissue, part, notes);
         part.watertight = is_watertight(part.surface.triangles);
-        if (!part.watertight) part.hole_edges = hole_edges(part.surface);
+        // A seam of vertices stored twice is no hole.
+        if (!part.watertight) part.hole_edges = boundary_edges(part.surface.vertices, part.surface.triangles);
     } else if (node.find("shape")) {
         std::vector<std::string> names;
         for (const Shape& shape : shapes()) names.push_back(shape.name);
@@ -306,8 +284,8 @@ Part read_part(const JsonNode& node, const Places& places, BodyKind kind, std::v
     if (const auto scale = node.find("scale")) part.surface.vertices *= scale->positive();
     if (const auto pose = node.find("pose")) {
         const PoseNumbers numbers = read_pose(*pose);
-        apply(rotation_from_degrees(numbers.rotation_degrees).toRotationMatrix(), numbers.translation,
-              part.surface.vertices);
+        transform_points(rotation_from_degrees(numbers.rotation_degrees).toRotationMatrix(), numbers.translation,
+                         part.surface.vertices);
     }
     part.surface.vertices *= places.metres;
     if (const auto jaw = node.find("jaw")) part.jaw = jaw->word({"left", "right"});
@@ -504,8 +482,7 @@ BodyPlan read_body(const JsonNode& node, const Places& places) {
     BodyPlan plan;
     plan.body.name = node.at("name").text();
     const std::string kind = node.at("kind").word(body_kind_words);
-    plan.body.kind = static_cast<BodyKind>(std::find(body_kind_words.begin(), body_kind_words.end(), kind) -
-                                           body_kind_words.begin());
+    plan.body.kind = body_kind_of(kind);
     for (const char* key : {"instrument", "motion", "trocar", "tip", "hinge"}) {
         if (plan.body.kind != BodyKind::instrument && node.has(key)) {
             node.at(key).fail(fmt::format("'{}' at an instrument only", key), fmt::format("one at a {} body", kind));
@@ -842,6 +819,30 @@ Frame scripted_frame(const Scene& scene, std::int64_t tick) {
     return frame;
 }
 
+Index shown_body(const Scene& scene) {
+    Index shown = -1;
+    for (Index b = 0; at(b) < std::min(scene.topology.bodies.size(), scene.bodies.size()); ++b) {
+        if (scene.topology.bodies[at(b)].kind != BodyKind::instrument) continue;
+        if (shown < 0 || (scene.bodies[at(b)].motion && !scene.bodies[at(shown)].motion)) shown = b;
+    }
+    return shown;
+}
+
+std::vector<Index> operators_of_bodies(const Scene& scene) {
+    const std::vector<BodyRange>& bodies = scene.topology.bodies;
+    std::vector<Index> number(bodies.size(), -1);
+    Index count = 0;
+    for (std::size_t b = 0; b < std::min(bodies.size(), scene.bodies.size()); ++b) {
+        const std::optional<Motion>& motion = scene.bodies[b].motion;
+        if (!motion || motion->drive != Drive::simulated_operator) continue;
+        for (std::size_t other = 0; other < b && !bodies[b].instrument.empty(); ++other) {
+            if (bodies[other].instrument == bodies[b].instrument) number[b] = std::max(number[b], number[other]);
+        }
+        if (number[b] < 0) number[b] = count++;
+    }
+    return number;
+}
+
 void place_body(const SceneBody& body, Range vertices, const Pose& pose, Matrix3X& position) {
     auto points = position.middleCols(vertices.first, vertices.count);
     points = body.local;
@@ -851,9 +852,9 @@ void place_body(const SceneBody& body, Range vertices, const Pose& pose, Matrix3
         const Matrix3 turn = rotation_from_degrees(angle * jaw.axis).toRotationMatrix();
         auto part = position.middleCols(jaw.vertices.first, jaw.vertices.count);
         part.colwise() -= jaw.hinge;
-        apply(turn, jaw.hinge, part);
+        transform_points(turn, jaw.hinge, part);
     }
-    apply(pose.rotation.toRotationMatrix(), pose.translation, points);
+    transform_points(pose.rotation.toRotationMatrix(), pose.translation, points);
 }
 
 }  // namespace trocar

@@ -75,6 +75,13 @@ void place_body(const SceneBody& body, Range vertices, const Pose& pose, Matrix3
 /// The frame with every scripted body at its pose at `tick`, which may be negative; all else as in `first`.
 Frame scripted_frame(const Scene& scene, std::int64_t tick);
 
+/// Instrument whose force a run shows: the first one with a motion, else the first one, else -1.
+Index shown_body(const Scene& scene);
+
+/// Per body, the number of the simulated operator that moves it, counted up in the order of bodies; -1: none. All
+/// bodies of one instrument share one operator.
+std::vector<Index> operators_of_bodies(const Scene& scene);
+
 /// JSON Schema of scenes, printed by `trocar schema scene`.
 std::string scene_schema();
 

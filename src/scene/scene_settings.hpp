@@ -59,7 +59,6 @@ inline constexpr std::array<NumberSetting<OperatorModel>, 4> operator_numbers{{
      "damping of the virtual coupling"},
 }};
 
-inline const std::vector<std::string> body_kind_words{"instrument", "rigid", "tissue"};
 inline const std::vector<std::string> unit_words{"m", "mm", "cm"};
 inline const std::vector<std::string> drive_words{"prescribed", "operator"};
 inline constexpr double default_jaw_angle = 30.0;  ///< degrees, jaw part fully open

@@ -5,6 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "geometry/exact.hpp"
+
 namespace trocar {
 namespace {
 
@@ -16,13 +18,6 @@ struct Edge {
 using Edges = std::map<std::pair<Index, Index>, Edge>;
 
 std::pair<Index, Index> key_of(Index a, Index b) { return {std::min(a, b), std::max(a, b)}; }
-
-double triangle_area(const Matrix3X& position, const Triangles& triangles, Index t) {
-    const Vector3 a = position.col(triangles(0, t));
-    const Vector3 b = position.col(triangles(1, t));
-    const Vector3 c = position.col(triangles(2, t));
-    return 0.5 * (b - a).cross(c - a).norm();
-}
 
 /// Per vertex, N/m: a diagonal that is at least the stiffness of springs and enclosures at rest.
 std::vector<double> stiffness_majorant(const Materials& materials, const Matrix3X& position, Range vertices) {
@@ -93,7 +88,7 @@ void add_tissue_body(const TissueSettings& settings, const Topology& topology, c
                      const Matrix3X& position, double dt, Materials& materials) {
     Edges edges;
     for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
-        const double area = triangle_area(position, topology.triangles, t);
+        const double area = 0.5 * area_normal(corners_of(topology.triangles, position, t)).norm();
         for (int corner = 0; corner < 3; ++corner) {
             const Index a = topology.triangles(corner, t);
             const Index b = topology.triangles((corner + 1) % 3, t);

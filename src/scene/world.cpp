@@ -10,6 +10,11 @@
 
 namespace trocar {
 
+BodyKind body_kind_of(const std::string& word) {
+    const auto found = std::find(body_kind_words.begin(), body_kind_words.end(), word);
+    return static_cast<BodyKind>(found - body_kind_words.begin());
+}
+
 Index Topology::body_of_vertex(Index vertex) const {
     for (Index body = 0; body < body_count(); ++body) {
         if (bodies[static_cast<std::size_t>(body)].vertices.contains(vertex)) return body;

@@ -16,6 +16,11 @@ namespace trocar {
 /// In the order in which a scene sorts its bodies, so that pair classes have no swapped variants.
 enum class BodyKind : std::uint8_t { instrument, rigid, tissue };
 
+/// Words of files, by kind.
+inline const std::vector<std::string> body_kind_words{"instrument", "rigid", "tissue"};
+/// Kind of one of the words.
+BodyKind body_kind_of(const std::string& word);
+
 /// Side of an open sheet: its triangles are counter-clockwise seen from the front.
 enum class SheetSide : std::uint8_t { front, back };
 

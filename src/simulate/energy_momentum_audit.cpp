@@ -236,10 +236,9 @@ void EnergyMomentumAudit::observe(const Frame& seen, const Frame& after, const R
 }
 
 Summary EnergyMomentumAudit::figures() const {
-    constexpr double not_kept = std::numeric_limits<double>::quiet_NaN();
     const auto either = [&](double tissue, double operators) {
         const double worst = std::max(has_tissue_ ? tissue : 0.0, operators);
-        return has_tissue_ || !operator_before_.empty() ? worst : not_kept;
+        return has_tissue_ || !operator_before_.empty() ? worst : not_known;
     };
     const auto share = [](double part, double whole) { return whole > 0.0 ? part / whole : 0.0; };
     return {{Metric::energy_residual_j, either(tissue_.worst, couplings_.worst)},
@@ -248,8 +247,8 @@ Summary EnergyMomentumAudit::figures() const {
             {Metric::momentum_residual_n_s, either(tissue_.momentum_worst, couplings_.momentum_worst)},
             {Metric::momentum_residual_share, either(share(tissue_.momentum_worst, tissue_.impulse),
                                                      share(couplings_.momentum_worst, couplings_.impulse))},
-            {Metric::dissipated_energy_j, has_tissue_ ? dissipated_ : not_kept},
-            {Metric::limiter_energy_j, has_tissue_ ? limited_ : not_kept},
+            {Metric::dissipated_energy_j, has_tissue_ ? dissipated_ : not_known},
+            {Metric::limiter_energy_j, has_tissue_ ? limited_ : not_known},
             {Metric::absolute_work_j, absolute_work_}};
 }
 

@@ -47,7 +47,8 @@ public:
             overlapping_boxes(boxes_, topology_->bodies[static_cast<std::size_t>(body_a)].triangles,
                               topology_->bodies[static_cast<std::size_t>(body_b)].triangles, candidates_);
             for (const IndexPair& candidate : candidates_) {
-                if (triangles_intersect(corners(frame, candidate.first), corners(frame, candidate.second))) {
+                if (triangles_intersect(corners_of(topology_->triangles, frame.position, candidate.first),
+                                        corners_of(topology_->triangles, frame.position, candidate.second))) {
                     contacts.pairs.push_back({candidate.first, candidate.second});
                 }
             }
@@ -56,9 +57,6 @@ public:
     }
 
 private:
-    [[nodiscard]] Corners corners(const Frame& frame, Index triangle) const {
-        return corners_of(topology_->triangles, frame.position, triangle);
-    }
     const Topology* topology_ = nullptr;
     double query_distance_ = 0.0;  ///< m
     std::vector<Box> boxes_;

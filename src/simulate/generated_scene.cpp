@@ -14,6 +14,7 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/size_limits.hpp"
+#include "geometry/triangle_sides.hpp"
 #include "method/registry.hpp"
 #include "scene/rotation.hpp"
 #include "scene/shapes.hpp"
@@ -60,18 +61,6 @@ double edge_for(Index wanted, Make make) {
 Surface make_slab(Index wanted) {
     const double n = std::max(2.0, std::round(std::sqrt(wanted / 4.8)));
     return make_shape("box", {{"size", {slab_size, slab_size, slab_thickness}}, {"edge", {slab_size / n}}});
-}
-
-double mean_edge(const Surface& surface) {
-    double sum = 0.0;
-    for (Index t = 0; t < surface.triangles.cols(); ++t) {
-        const auto v = surface.triangles.col(t);
-        for (int k = 0; k < 3; ++k) {
-            const Vector3 edge = surface.vertices.col(v((k + 1) % 3)) - surface.vertices.col(v(k));
-            sum += std::sqrt(edge.squaredNorm());
-        }
-    }
-    return sum / static_cast<double>(3 * surface.triangles.cols());
 }
 
 Matrix3 rotation_about(int axis, double degrees) {
@@ -245,7 +234,7 @@ InstrumentInTissue::InstrumentInTissue(const InstrumentInTissueSpec& spec) : spe
     }
 
     const Surface slab = make_slab(spec.tissue_triangles);
-    tissue_edge_ = mean_edge(slab);
+    tissue_edge_ = mean_edge(slab.triangles, slab.vertices, {0, static_cast<Index>(slab.triangles.cols())});
     for (Index i = 0; i < spec.tissues; ++i) {
         Surface surface = slab;
         // Real meshes are not lattices: vertices are shaken by a tenth of an edge.

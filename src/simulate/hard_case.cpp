@@ -9,7 +9,6 @@
 #include "geometry/mesh_file.hpp"
 #include "geometry/pair_file.hpp"
 #include "geometry/whole_file.hpp"
-#include "measure/environment.hpp"
 #include "measure/metrics.hpp"
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
@@ -21,19 +20,11 @@ namespace {
 
 Index small_number(const JsonNode& node) { return static_cast<Index>(node.integer(0, 1'000'000)); }
 
-Record started(const RunSpec& spec) {
-    Record record;
-    record.spec = spec;
-    record.environment = environment();
-    return record;
-}
-
 /// Runs a new detector on one frame. An exception becomes the outcome `threw`.
 void ask(const RunSpec& spec, const MeshPair& question, bool native, ContactSet& contacts) {
     contacts.clear();
     contacts.native_wanted = native;
-    const MethodSpec method = parse_method(spec.detector);
-    const std::unique_ptr<Detector> detector = make_detector(method.name, method.parameters);
+    const std::unique_ptr<Detector> detector = make_detector(spec.detector);
     try {
         detector->prepare(question.topology, question.frame);
         detector->update(question.frame, 0.0);
@@ -111,7 +102,7 @@ std::string hash_of(const HardCase& hard_case) {
 }
 
 Record run_hard_case(const HardCase& hard_case, const RunSpec& spec) {
-    Record record = started(spec);
+    Record record = started_record(spec);
     const std::filesystem::path folder = hard_case.file.parent_path();
     MeshPair question = make_mesh_pair(read_mesh(folder / "a.obj"), read_mesh(folder / "b.obj"));
     if (hard_case.not_finite >= 0) question.frame.position.col(hard_case.not_finite)[1] = std::nan("");
@@ -144,7 +135,7 @@ Record run_hard_case(const HardCase& hard_case, const RunSpec& spec) {
 }
 
 Record run_pair_family(const std::filesystem::path& file, const RunSpec& spec) {
-    Record record = started(spec);
+    Record record = started_record(spec);
     double judged = 0.0;
     double meeting = 0.0;
     double false_negatives = 0.0;

@@ -18,7 +18,6 @@
 #include "geometry/fnv_hash.hpp"
 #include "geometry/random.hpp"
 #include "measure/allocations.hpp"
-#include "measure/environment.hpp"
 #include "measure/metrics.hpp"
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
@@ -135,10 +134,9 @@ public:
         for (const InterleavedRun& run : runs) {
             Member member;
             const RunSpec& spec = run.spec;
-            member.record.spec = spec;
+            member.record = started_record(spec);
             member.make = run.make;
             member.claims_exact = run.claims_exact;
-            member.record.environment = environment();
             member.record.environment["frames"] = "generated; all detectors of the scene take turns in one process";
             if (!spec.contacts.empty() && registry().contact_generator(spec.contacts).wants_query_distance) {
                 if (!(query_distance_ > 0.0)) query_distance_ = query_distance_on(scene_);
@@ -340,9 +338,9 @@ std::int64_t ticks_per_block(std::int64_t ticks) {
 }
 
 InterleavedRun interleaved_run(const RunSpec& spec) {
-    const MethodSpec method = parse_method(spec.detector);
-    return {.spec = spec, .claims_exact = registry().detector(method.name).claims_exact, .make = [method] {
-                return make_detector(method.name, method.parameters);
+    const DetectorEntry& entry = registry().detector(parse_method(spec.detector).name);
+    return {.spec = spec, .claims_exact = entry.claims_exact, .make = [text = spec.detector] {
+                return make_detector(text);
             }};
 }
 

@@ -18,15 +18,14 @@ Judge::Judge(const Topology& topology, const Frame& first, std::span<const std::
 /// Depth of the entering vertex where the contact names one. For contacts of libraries, depth of the deepest corner of
 /// both triangles. NaN without a depth.
 double Judge::true_depth(const Contact& contact) const {
-    constexpr double none = std::numeric_limits<double>::quiet_NaN();
-    if (contact.a < 0 || contact.b < 0 || !std::isfinite(contact.depth)) return none;
+    if (contact.a < 0 || contact.b < 0 || !std::isfinite(contact.depth)) return not_known;
     const Index body_a = topology_->body_of_triangle[static_cast<std::size_t>(contact.a)];
     const Index body_b = topology_->body_of_triangle[static_cast<std::size_t>(contact.b)];
     switch (contact.kind) {
         case ContactCase::a_enters_b:
-            return contact.vertex_a < 0 ? none : depth_.depth_of_vertex(contact.vertex_a, body_b);
+            return contact.vertex_a < 0 ? not_known : depth_.depth_of_vertex(contact.vertex_a, body_b);
         case ContactCase::b_enters_a:
-            return contact.vertex_b < 0 ? none : depth_.depth_of_vertex(contact.vertex_b, body_a);
+            return contact.vertex_b < 0 ? not_known : depth_.depth_of_vertex(contact.vertex_b, body_a);
         case ContactCase::unset: {
             double deepest = 0.0;
             for (int corner = 0; corner < 3; ++corner) {
@@ -44,13 +43,13 @@ double Judge::true_depth(const Contact& contact) const {
         case ContactCase::degenerate:
         case ContactCase::point_face:
         case ContactCase::edge_edge:
-            return none;
+            return not_known;
     }
-    return none;
+    return not_known;
 }
 
 double Judge::worst_error(std::span<const Contact> contacts) const {
-    double worst = std::numeric_limits<double>::quiet_NaN();
+    double worst = not_known;
     for (const Contact& contact : contacts) {
         worst = std::fmax(worst, std::abs(contact.depth - true_depth(contact)));
     }

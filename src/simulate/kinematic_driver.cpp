@@ -14,30 +14,18 @@ bool same(const Pose& a, const Pose& b) {
 
 }  // namespace
 
-KinematicDriver::KinematicDriver(const Scene& scene) : scene_(&scene), last_pose_(scene.first.pose) {
-    const Topology& topology = scene.topology;
-    operator_of_body_.assign(topology.bodies.size(), -1);
-    operator_motion_.assign(topology.bodies.size(), Vector3::Zero());
-    for (Index body = 0; body < topology.body_count() && body < static_cast<Index>(scene.bodies.size()); ++body) {
-        const std::optional<Motion>& motion = scene.bodies[at(body)].motion;
-        const BodyRange& range = topology.bodies[at(body)];
-        if (range.kind == BodyKind::instrument &&
-            (shown_body_ < 0 || (motion && !scene.bodies[at(shown_body_)].motion))) {
-            shown_body_ = body;
+KinematicDriver::KinematicDriver(const Scene& scene)
+    : scene_(&scene),
+      operator_of_body_(operators_of_bodies(scene)),
+      operator_motion_(scene.topology.bodies.size(), Vector3::Zero()),
+      last_pose_(scene.first.pose),
+      shown_body_(trocar::shown_body(scene)) {
+    for (Index body = 0; body < scene.topology.body_count(); ++body) {
+        const Index coupling = operator_of_body_[at(body)];
+        if (coupling < 0) continue;
+        if (at(coupling) == operators_.size()) {
+            operators_.push_back({{}, {scene.bodies[at(body)].motion->pose_at(0.0).translation, Vector3::Zero()}});
         }
-        if (!motion || motion->drive != Drive::simulated_operator) continue;
-        // All bodies of one instrument share one operator.
-        Index coupling = -1;
-        for (Index other = 0; other < body && !range.instrument.empty(); ++other) {
-            if (topology.bodies[at(other)].instrument == range.instrument && operator_of_body_[at(other)] >= 0) {
-                coupling = operator_of_body_[at(other)];
-            }
-        }
-        if (coupling < 0) {
-            coupling = static_cast<Index>(operators_.size());
-            operators_.push_back({{}, {motion->pose_at(0.0).translation, Vector3::Zero()}});
-        }
-        operator_of_body_[at(body)] = coupling;
         operators_[at(coupling)].bodies.push_back(body);
     }
     find_what_changes();

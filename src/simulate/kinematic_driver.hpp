@@ -27,7 +27,7 @@ public:
     void advance(double time, const ResponseOutput& output, const std::vector<Wrench>& reaction, Frame& frame,
                  std::vector<Wrench>& load, std::span<ContactForce> contact_forces);
 
-    /// Instrument whose force a row shows: the first one with a motion, else the first one, else -1.
+    /// Body whose force a row shows (scene.hpp).
     [[nodiscard]] Index shown_body() const { return shown_body_; }
     /// Load of the whole instrument of the shown body; `load` as advance wrote it.
     [[nodiscard]] Wrench shown_load(const std::vector<Wrench>& load) const;

@@ -7,7 +7,6 @@
 #include <numeric>
 
 #include "geometry/fnv_hash.hpp"
-#include "measure/environment.hpp"
 #include "measure/permutation.hpp"
 #include "method/registry.hpp"
 #include "simulate/frame_source.hpp"
@@ -35,8 +34,7 @@ struct Answers {
 
 Answers answers_of(const RunSpec& spec, const Topology& topology, const std::vector<Frame>& frames) {
     Answers answers;
-    const MethodSpec method = parse_method(spec.detector);
-    const std::unique_ptr<Detector> detector = make_detector(method.name, method.parameters);
+    const std::unique_ptr<Detector> detector = make_detector(spec.detector);
     ContactSet contacts;
     contacts.native_wanted = false;
     try {
@@ -149,11 +147,8 @@ struct Trace {
 
 Trace trace_of(const Scene& scene, const RunSpec& spec) {
     constexpr std::int64_t position_stride = 10;
-    const MethodSpec detector = parse_method(spec.detector);
-    const MethodSpec response = parse_method(spec.response);
-    Simulation simulation(scene, make_detector(detector.name, detector.parameters),
-                          make_response(response.name, response.parameters),
-                          registry().contact_generator(default_contact_generator(response)));
+    Simulation simulation(scene, make_detector(spec.detector), make_response(spec.response),
+                          registry().contact_generator(default_contact_generator(parse_method(spec.response))));
     Trace trace;
     for (std::int64_t tick = 0; tick < spec.ticks && simulation.outcome().ok(); ++tick) {
         simulation.step();
@@ -254,12 +249,10 @@ void test_response_permuted(const Scene& scene, const RunSpec& spec, Record& rec
 
 }  // namespace
 
-Record run_metamorphic_test(const Scene& scene, const RunSpec& spec, const RunLimits& /*limits*/) {
+Record run_metamorphic_test(const Scene& scene, const RunSpec& spec) {
     RunSpec whole = spec;
     if (whole.ticks == 0) whole.ticks = scene.ticks;
-    Record record;
-    record.spec = spec;
-    record.environment = environment();
+    Record record = started_record(spec);
     for (const char* name : metamorphic_names) {
         for (const char* ending : {"_pairs", "_m", "_n"}) put(record, name, ending, std::nan(""));
     }

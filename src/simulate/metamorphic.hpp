@@ -2,7 +2,8 @@
 // must not change the answer. Differences are figures.
 #pragma once
 
-#include "simulate/runs.hpp"
+#include "measure/record.hpp"
+#include "scene/scene.hpp"
 
 namespace trocar {
 
@@ -14,6 +15,6 @@ inline constexpr const char* metamorphic_names[] = {"twice", "triangles", "bodie
 
 /// With an empty spec.response: tests spec.detector on about 20 frames of the scene's stream. Otherwise tests the
 /// closed loop. state_hash covers all answers. Throws InputError for an unknown or absent method.
-Record run_metamorphic_test(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
+Record run_metamorphic_test(const Scene& scene, const RunSpec& spec);
 
 }  // namespace trocar

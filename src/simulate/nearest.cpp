@@ -10,7 +10,7 @@ namespace trocar {
 namespace {
 
 /// m; infinite for an empty box.
-double gap(const Box& a, const Box& b) { return std::sqrt(squared_gap(a, b)); }
+double gap(const Box& a, const Box& b) { return std::sqrt(a.squared_distance(b)); }
 
 /// Triangles of a body that may be within `query_distance` of `other`. Triangles with a non-finite corner are left out.
 std::vector<Index> triangles_near(const Topology& topology, const Frame& frame, Index body, const Box& other,

@@ -10,30 +10,31 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/number_text.hpp"
+#include "method/registry.hpp"
 
 namespace trocar {
 namespace {
 
 std::map<std::string, double> parse(const std::string& text) {
     std::map<std::string, double> values;
-    for (std::size_t start = 0; start < text.size();) {
-        const std::size_t end = std::min(text.find(',', start), text.size());
-        const std::string item = text.substr(start, end - start);
-        const std::size_t equals = std::min(item.find('='), item.size());
-        const std::string name = item.substr(0, equals);
+    if (text.empty()) return values;
+    const auto malformed = [](const std::string& found) {
+        return InputError("scene override", "", "NAME=NUMBER[,NAME=NUMBER...]", found);
+    };
+    for (const auto& [name, digits] : parse_settings(text, malformed)) {
+        const auto fail = [&name = name, &digits = digits](const char* expected) {
+            throw InputError("scene override", name, expected, "'" + digits + "'");
+        };
         const auto& knobs = scene_knobs();
-        if (std::none_of(knobs.begin(), knobs.end(), [&](const SceneKnob& knob) { return knob.name == name; })) {
-            throw InputError("scene override", name, "dt, k, substeps or cycles", "'" + item + "'");
-        }
-        const std::string digits = equals < item.size() ? item.substr(equals + 1) : std::string();
+        if (std::none_of(knobs.begin(), knobs.end(),
+                         [&name = name](const SceneKnob& knob) { return knob.name == name; }))
+            fail("dt, k, substeps or cycles");
         const double value = number_of_text<double>(digits).value_or(0.0);
-        if (!(value > 0.0) || !std::isfinite(value))
-            throw InputError("scene override", name, "a number > 0", "'" + item + "'");
+        if (!(value > 0.0) || !std::isfinite(value)) fail("a number > 0");
         if ((name == "substeps" || name == "cycles") && (value != std::floor(value) || value > 1000.0)) {
-            throw InputError("scene override", name, "a whole number up to 1000", "'" + item + "'");
+            fail("a whole number up to 1000");
         }
         values[name] = value;
-        start = end + 1;
     }
     return values;
 }

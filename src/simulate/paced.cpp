@@ -63,7 +63,6 @@ PacedBeside run_beside_empty(std::int64_t ticks, std::int64_t period_ns, const s
 }
 
 PacedLatency latency_of(const PacedTimes& times, std::int64_t period_ns) {
-    constexpr double not_known = std::numeric_limits<double>::quiet_NaN();
     std::vector<double> latency;
     double misses = 0.0;
     double burst = 0.0;

@@ -4,26 +4,16 @@
 #include <cmath>
 #include <limits>
 
+#include "geometry/triangle_sides.hpp"
+
 namespace trocar {
 namespace {
-
-double mean_edge(const Topology& topology, const Frame& frame, Range triangles) {
-    double sum = 0.0;
-    for (Index t = triangles.first; t < triangles.end(); ++t) {
-        for (int i = 0; i < 3; ++i) {
-            sum +=
-                (frame.position.col(topology.triangles(i, t)) - frame.position.col(topology.triangles((i + 1) % 3, t)))
-                    .norm();
-        }
-    }
-    return triangles.count > 0 ? sum / (3.0 * triangles.count) : 0.0;
-}
 
 /// m, over all bodies; infinite without a triangle.
 double smallest_edge(const Topology& topology, const Frame& frame) {
     double smallest = std::numeric_limits<double>::infinity();
     for (const BodyRange& body : topology.bodies) {
-        const double edge = mean_edge(topology, frame, body.triangles);
+        const double edge = mean_edge(topology.triangles, frame.position, body.triangles);
         if (edge > 0.0) smallest = std::min(smallest, edge);
     }
     return smallest;
@@ -37,7 +27,7 @@ QueryDistance::QueryDistance(const Scene& scene, double margin) {
         const BodyRange& body = scene.topology.bodies[b];
         const bool driven = b < scene.bodies.size() && scene.bodies[b].motion.has_value();
         if (body.kind != BodyKind::tissue && !driven) continue;
-        const double edge = mean_edge(scene.topology, scene.first, body.triangles);
+        const double edge = mean_edge(scene.topology.triangles, scene.first.position, body.triangles);
         if (edge > 0.0) smallest = std::min(smallest, edge);
     }
     if (!std::isfinite(smallest)) smallest = smallest_edge(scene.topology, scene.first);

@@ -8,7 +8,6 @@
 
 #include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
-#include "measure/environment.hpp"
 #include "measure/force_without_touch.hpp"
 #include "measure/metrics.hpp"
 #include "measure/passage.hpp"
@@ -29,16 +28,6 @@
 namespace trocar {
 namespace {
 
-std::unique_ptr<Detector> detector_of(const RunSpec& spec) {
-    const MethodSpec method = parse_method(spec.detector);
-    return make_detector(method.name, method.parameters);
-}
-
-std::unique_ptr<Response> response_of(const RunSpec& spec) {
-    const MethodSpec method = parse_method(spec.response);
-    return make_response(method.name, method.parameters);
-}
-
 SimulationSettings settings_of(const RunSpec& spec) {
     return {.stepper = spec.stepper.empty() ? MethodSpec{} : parse_method(spec.stepper),
             .query_distance_margin = spec.query_distance_margin.empty()
@@ -50,9 +39,7 @@ SimulationSettings settings_of(const RunSpec& spec) {
 std::int64_t ticks_of(const Scene& scene, const RunSpec& spec) { return spec.ticks > 0 ? spec.ticks : scene.ticks; }
 
 Record start_record(const RunSpec& spec, std::int64_t ticks) {
-    Record record;
-    record.spec = spec;
-    record.environment = environment();
+    Record record = started_record(spec);
     constexpr std::int64_t most_reserved = 200000;
     record.rows.reserve(static_cast<std::size_t>(std::min(ticks, most_reserved)));
     return record;
@@ -100,7 +87,7 @@ class NativeContacts {
 public:
     NativeContacts(const Scene& scene, const RunSpec& spec) {
         if (!registry().detector(parse_method(spec.detector).name).native_contacts) return;
-        detector_ = detector_of(spec);
+        detector_ = make_detector(spec.detector);
         try {
             detector_->prepare(scene.topology, scene.first);
         } catch (const std::exception&) {
@@ -228,7 +215,7 @@ std::unique_ptr<Against> against_of(const Scene& scene, const RunSpec& spec) {
     settings.stepper = parse_method(spec.against);
     settings.watched = false;  // it is no result
     return std::make_unique<Against>(
-        scene, std::make_unique<Simulation>(scene, detector_of(spec), response_of(spec),
+        scene, std::make_unique<Simulation>(scene, make_detector(spec.detector), make_response(spec.response),
                                             registry().contact_generator(spec.contacts), settings));
 }
 
@@ -346,7 +333,7 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
         record.spec.overrides = spec.overrides;
         return record;
     }
-    if (spec.mode == "metamorphic") return run_metamorphic_test(scene, spec, limits);
+    if (spec.mode == "metamorphic") return run_metamorphic_test(scene, spec);
     if (spec.mode == "resolution") return run_resolution(scene, spec, limits);
     if (spec.mode == "work_precision") {
         Record record = spec.response.empty() ? run_replay(scene, spec, limits) : run_closed_loop(scene, spec, limits);
@@ -368,7 +355,7 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
     const std::int64_t ticks = ticks_of(scene, spec);
     Record record = start_record(spec, ticks);
     record.environment["frames"] = stream_text();
-    Simulation simulation(scene, detector_of(spec), nullptr, registry().contact_generator("intersection"));
+    Simulation simulation(scene, make_detector(spec.detector), nullptr, registry().contact_generator("intersection"));
     Judge judge(scene.topology, scene.first, {});
     const std::unique_ptr<FrameSource> source = scene_frames(scene, ticks);
     NativeContacts native(scene, spec);
@@ -410,7 +397,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     note_unstable_step(scene, spec, limits, record);
     SimulationSettings settings = settings_of(spec);
     settings.watched = limits.watched && !is_timed_only(spec);
-    Simulation simulation(scene, detector_of(spec), response_of(spec), generator, settings);
+    Simulation simulation(scene, make_detector(spec.detector), make_response(spec.response), generator, settings);
     std::optional<ClosedLoopTruth> truth;
     if (!is_timed_only(spec)) truth.emplace(scene, spec, limits.judged, simulation, record);
     std::int64_t tick = 0;

@@ -37,18 +37,6 @@ OperatorStep operator_step(const OperatorModel& coupling, Index body, double h) 
     return step;
 }
 
-bool holds_new_operator(const Scene& scene, Index body) {
-    const std::string& instrument = scene.topology.bodies[at(body)].instrument;
-    for (Index other = 0; other < body && !instrument.empty(); ++other) {
-        const std::optional<Motion>& motion = scene.bodies[at(other)].motion;
-        if (scene.topology.bodies[at(other)].instrument == instrument && motion &&
-            motion->drive == Drive::simulated_operator) {
-            return false;
-        }
-    }
-    return true;
-}
-
 /// Sub-steps that keep the step 5 % below the limit.
 double substeps_of(const Scene& scene, const OperatorStep& coupling) {
     return std::ceil(1.05 * scene.dt / coupling.stable_step);
@@ -84,10 +72,12 @@ StepCheck check_step(const Scene& scene, const std::string& stepper, bool closel
         check.tissue = make_stepper(spec.name, spec.parameters)
                            ->estimate(scene.topology, scene.materials, scene.first.position, scene.dt, closely);
     }
-    for (Index body = 0; body < scene.topology.body_count() && at(body) < scene.bodies.size(); ++body) {
-        const std::optional<Motion>& motion = scene.bodies[at(body)].motion;
-        if (!motion || motion->drive != Drive::simulated_operator || !holds_new_operator(scene, body)) continue;
-        check.operators.push_back(operator_step(motion->coupling, body, scene.dt / check.substeps));
+    const std::vector<Index> operators = operators_of_bodies(scene);
+    for (Index body = 0; body < scene.topology.body_count(); ++body) {
+        const bool is_first = operators[at(body)] == static_cast<Index>(check.operators.size());
+        if (!is_first) continue;
+        const OperatorModel& coupling = scene.bodies[at(body)].motion->coupling;
+        check.operators.push_back(operator_step(coupling, body, scene.dt / check.substeps));
     }
     return check;
 }

@@ -111,11 +111,10 @@ Json run_json(const ViewedRun& run, const std::vector<const ViewedFrame*>& frame
 }
 
 Json bodies_json(const Topology& topology) {
-    constexpr std::array<const char*, 3> kinds{"instrument", "rigid", "tissue"};
     Json bodies = Json::array();
     for (const BodyRange& body : topology.bodies) {
         bodies.push_back({{"name", body.name},
-                          {"kind", kinds.at(static_cast<std::size_t>(body.kind))},
+                          {"kind", body_kind_words.at(static_cast<std::size_t>(body.kind))},
                           {"closed", body.closed},
                           {"vertices", {body.vertices.first, body.vertices.count}},
                           {"triangles", {body.triangles.first, body.triangles.count}}});

@@ -175,34 +175,5 @@ TEST(ClosestPointOnTriangle, NothingIsNearerAndCornersLeftOutWeighNothing) {
     for (const int count : left_out) EXPECT_GT(count, 100);
 }
 
-TEST(ClosestPointsOfSegments, NothingIsNearerForAnyTwoSegments) {
-    std::mt19937_64 random(9);
-    std::uniform_real_distribution<double> uniform(-1.0, 1.0);
-    const auto any = [&] { return test::random_vector(uniform, random); };
-    for (int k = 0; k < 20000; ++k) {
-        std::array<Vector3, 2> first{any(), any()};
-        std::array<Vector3, 2> second{any(), any()};
-        // Parallel but for 1e-15 to 1e-1, and points.
-        if (k % 2 == 0) second = {first[0] + any(), Vector3::Zero()};
-        if (k % 2 == 0) second[1] = second[0] + (first[1] - first[0]) + std::pow(10.0, -(k / 2 % 16)) * any();
-        if (k % 11 == 0) second[1] = second[0];
-        if (k % 13 == 0) first[1] = first[0];
-        const SegmentPlaces places = closest_points_of_segments(first[0], first[1], second[0], second[1]);
-        ASSERT_TRUE(places.first >= 0.0 && places.first <= 1.0 && places.second >= 0.0 && places.second <= 1.0);
-        const Vector3 p = first[0] + places.first * (first[1] - first[0]);
-        const Vector3 q = second[0] + places.second * (second[1] - second[0]);
-        ASSERT_LE(doubt(first, second, p, q), tolerance(4.0, (q - p).norm())) << k;
-    }
-}
-
-TEST(ClosestPointsOfSegments, EndsAreExactlyEnds) {
-    const SegmentPlaces places = closest_points_of_segments({0, 0, 0}, {1, 0, 0}, {2, 1, 0}, {3, 5, 0});
-    EXPECT_EQ(places.first, 1.0);
-    EXPECT_EQ(places.second, 0.0);
-    const SegmentPlaces across = closest_points_of_segments({0, 0, 0}, {4, 0, 0}, {1, -1, 1}, {1, 3, 1});
-    EXPECT_DOUBLE_EQ(across.first, 0.25);
-    EXPECT_DOUBLE_EQ(across.second, 0.25);
-}
-
 }  // namespace
 }  // namespace trocar

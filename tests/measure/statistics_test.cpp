@@ -151,29 +151,5 @@ TEST(Bootstrap, TwoMethodsAreDrawnAlike) {
     }
 }
 
-TEST(Bootstrap, RatioOfProportionalTicksIsSharp) {
-    // b is twice a tick by tick: resampled together the ratio has no spread, however much the ticks vary.
-    std::vector<std::vector<double>> a;
-    std::vector<std::vector<double>> b;
-    std::mt19937_64 random(3);
-    for (int p = 0; p < 4; ++p) {
-        a.emplace_back();
-        b.emplace_back();
-        for (int i = 0; i < 50; ++i) {
-            const auto value = static_cast<double>(1 + random() % 1000);
-            a.back().push_back(value);
-            b.back().push_back(2.0 * value);
-        }
-    }
-    const Bounds bounds = bootstrap_ratio(
-        a, b, [](std::vector<double> v) { return median(std::move(v)); }, 5, 1);
-    EXPECT_EQ(bounds.low, 0.5);
-    EXPECT_EQ(bounds.high, 0.5);
-    b.pop_back();
-    EXPECT_THROW(bootstrap_ratio(
-                     a, b, [](std::vector<double> v) { return median(std::move(v)); }, 5, 1),
-                 std::logic_error);
-}
-
 }  // namespace
 }  // namespace trocar

@@ -171,14 +171,13 @@ TEST_F(RecordedContacts, TheWriterRefusesWhatTheReaderWould) {
         return test::complaint_of([&] { writer.add(frame, {{.a = 0, .b = 1}, contact}); });
     };
     const Vector3 up{0.0, 0.0, 1.0};
-    const Vector3 none = Vector3::Constant(RecordedContact::unreported);
+    const Vector3 none = Vector3::Constant(not_known);
     const double infinite = std::numeric_limits<double>::infinity();
     const std::vector<std::pair<RecordedContact, const char*>> cases{
         {{.a = 0, .b = 2}, "frame 0: contact 1: expected a triangle number below 2, got 2"},
         {{.a = -1, .b = 1}, "expected a triangle number below 2, got -1"},
         {{.a = 1, .b = 1}, "expected two bodies that are tested against each other (body_pairs), got 'b' and 'b'"},
-        {{.a = 0, .b = 1, .point = {0.0, RecordedContact::unreported, 0.0}},
-         "expected a point of three finite numbers"},
+        {{.a = 0, .b = 1, .point = {0.0, not_known, 0.0}}, "expected a point of three finite numbers"},
         {{.a = 0, .b = 1, .point = {0.0, infinite, 0.0}}, "expected a point of three finite numbers"},
         {{.a = 0, .b = 1, .point = none, .normal = 1.001 * up}, "expected a normal of length 1, to 1e-6, got 1.001"},
         {{.a = 0, .b = 1, .point = none, .normal = up, .depth = infinite}, "expected a finite depth"},
