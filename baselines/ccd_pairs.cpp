@@ -2,7 +2,8 @@
 // candidates are the neutral ones of geometry/box_pairs, whose time is charged to it; bodies apart are not asked about.
 //
 // Settings, and where they depart from the library's defaults (measured facts in README.md):
-//  max_iterations  100 (default: no limit, and then some inputs never end). MPR has inner loops without any cap, which
+//  iterations      at most 100 (default: no limit, and then some inputs never end). MPR has inner loops without any
+//  cap, which
 //                  only the time limit of a run can end.
 //  tolerances      1e-6 of the mean edge for EPA and MPR (default 1e-4 in absolute units, which is a tenth of a
 //                  millimetre for a scene in metres).
@@ -61,7 +62,6 @@ void other_direction(const void*, const void*, ccd_vec3_t* direction) {
 
 struct Settings {
     bool mpr = false;
-    unsigned long max_iterations = 100;
     double tolerance = 1e-6;
 };
 
@@ -73,7 +73,7 @@ public:
         ccd_.support2 = support;
         ccd_.center1 = center;
         ccd_.center2 = center;
-        ccd_.max_iterations = settings.max_iterations;
+        ccd_.max_iterations = 100;
         ccd_.epa_tolerance = static_cast<ccd_real_t>(settings.tolerance);
         ccd_.mpr_tolerance = static_cast<ccd_real_t>(settings.tolerance);
         retry_ = ccd_;
@@ -203,14 +203,11 @@ DetectorEntry ccd_pairs_detector() {
         .native_contacts = true,
         .parameters = {choice_parameter("algorithm", "gjk", {"gjk", "mpr"},
                                         "GJK, with EPA where a depth is wanted, or Minkowski portal refinement"),
-                       integer_parameter("max_iterations", "100", 1, 1e9, "cap of GJK's and EPA's loops"),
                        number_parameter("tolerance", "1", "1e-6", 1e-15, 1.0,
                                         "of EPA and MPR, as a fraction of the scene's mean edge")},
         .make = [](const ParameterValues& values) -> std::unique_ptr<Detector> {
             return std::make_unique<CcdPairs>(
-                Settings{.mpr = values.is("algorithm", "mpr"),
-                         .max_iterations = static_cast<unsigned long>(values.integer("max_iterations")),
-                         .tolerance = values.number("tolerance")});
+                Settings{.mpr = values.is("algorithm", "mpr"), .tolerance = values.number("tolerance")});
         }};
 }
 

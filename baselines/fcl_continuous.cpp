@@ -15,8 +15,8 @@
 //                      almost no contact of two meshes, for three reasons in its code: poses are applied to the copy of
 //                      the vertices that the step before had moved already; the speed of the second body along the
 //                      normal is counted with the first one's sign; and once two triangles meet, the normal is zero and
-//                      so is the speed, so that the whole tick is stepped over. toc_err is ignored there (1e-5).
-//  solver=naive        rigid bodies, the library's default: tries poses at `iterations` moments, first and last
+//                      so is the speed, so that the whole tick is stepped over.
+//  solver=naive        rigid bodies, the library's default: tries poses at 10 moments, first and last
 //                      included, so a contact between two of them is missed and the time is late by up to one step.
 //                      Ray shooting, the fifth solver, has no meshes.
 //  motion from frames  (rigid bodies) a body's pose is the rotation and translation that carry the vertices of the
@@ -24,9 +24,8 @@
 //                      than 1e-9 of the body's extent the body is not rigid, and the tick is outcome `unsupported`. A
 //                      tissue that does not move counts as rigid.
 //  motion              (rigid bodies) linear (straight path of the centre, constant axis of rotation); the default
-//                      takes the translation alone. `screw` is offered; without rotation the library's moves by the
-//                      square of the path.
-//  toc_err             1e-4 of the tick, the default. iterations: 10, the default.
+//                      takes the translation alone.
+//  toc_err             1e-4 of the tick, the default; conservative ignores it (1e-5).
 //  scale               (polynomial) millimetres: the tests compare fourth powers of lengths with 1e-5, so that in
 //                      metres no two edges of a millimetre mesh ever meet.
 //  bounding volume     AABB for the polynomial solver (fcl_bvh.cpp says why); for rigid bodies OBBRSS at the end of the
@@ -183,8 +182,10 @@ class FclContinuous final : public baselines::FclDetector {
     using AdvancementModel = fcl::BVHModel<fcl::RSSd>;
 
 public:
-    FclContinuous(Solver solver, const fcl::ContinuousCollisionRequestd& request)
-        : solver_(solver), request_(request) {}
+    explicit FclContinuous(Solver solver)
+        : solver_(solver),
+          request_(10, 1e-4, fcl::CCDM_LINEAR, fcl::GST_LIBCCD,
+                   solver == Solver::naive ? fcl::CCDC_NAIVE : fcl::CCDC_CONSERVATIVE_ADVANCEMENT) {}
 
 private:
     void forget() override {
@@ -334,38 +335,25 @@ private:
 }  // namespace
 
 DetectorEntry fcl_continuous_detector() {
-    return {
-        .name = "fcl_continuous",
-        .library = "FCL",
-        .version = FCL_VERSION,
-        .configuration = fmt::format(
-            "double precision; FCL_HAVE_SSE {}; discrete at the end of the tick, continuous over it", FCL_HAVE_SSE),
-        .information = InformationLevel::pairs,
-        .parameters =
-            {choice_parameter("solver", "polynomial", {"polynomial", "advancement", "conservative", "naive"},
-                              "cubic tests of vertices and edges; or for rigid bodies only: advancement on RSS "
-                              "trees, what continuousCollide does when asked for it, poses at `iterations` "
-                              "moments"),
-             choice_parameter("motion", "linear", {"linear", "translation", "screw"},
-                              "how a rigid body moves from pose to pose; polynomial: vertices move straight"),
-             number_parameter("toc_err", "1", "0.0001", 1e-6, 1.0,
-                              "tolerated error of the time of contact, part of the tick; advancement and naive"),
-             integer_parameter("iterations", "10", 2, 1e6, "naive: number of poses, those at start and end included"),
-             number_parameter("scale", "1", "1000", 1e-6, 1e9, "polynomial: length units that FCL sees per metre")},
-        .make = [](const ParameterValues& values) -> std::unique_ptr<Detector> {
-            if (values.is("solver", "polynomial")) return std::make_unique<FclPolynomial>(values.number("scale"));
-            fcl::CCDMotionType motion = fcl::CCDM_LINEAR;
-            if (values.is("motion", "translation")) motion = fcl::CCDM_TRANS;
-            if (values.is("motion", "screw")) motion = fcl::CCDM_SCREW;
-            Solver solver = Solver::advancement;
-            if (values.is("solver", "conservative")) solver = Solver::conservative;
-            if (values.is("solver", "naive")) solver = Solver::naive;
-            return std::make_unique<FclContinuous>(
-                solver,
-                fcl::ContinuousCollisionRequestd(
-                    static_cast<std::size_t>(values.integer("iterations")), values.number("toc_err"), motion,
-                    fcl::GST_LIBCCD, solver == Solver::naive ? fcl::CCDC_NAIVE : fcl::CCDC_CONSERVATIVE_ADVANCEMENT));
-        }};
+    return {.name = "fcl_continuous",
+            .library = "FCL",
+            .version = FCL_VERSION,
+            .configuration = fmt::format(
+                "double precision; FCL_HAVE_SSE {}; discrete at the end of the tick, continuous over it", FCL_HAVE_SSE),
+            .information = InformationLevel::pairs,
+            .parameters = {choice_parameter(
+                               "solver", "polynomial", {"polynomial", "advancement", "conservative", "naive"},
+                               "cubic tests of vertices and edges; or for rigid bodies only: advancement on RSS "
+                               "trees, what continuousCollide does when asked for it, poses at ten moments"),
+                           number_parameter("scale", "1", "1000", 1e-6, 1e9,
+                                            "polynomial: length units that FCL sees per metre")},
+            .make = [](const ParameterValues& values) -> std::unique_ptr<Detector> {
+                if (values.is("solver", "polynomial")) return std::make_unique<FclPolynomial>(values.number("scale"));
+                Solver solver = Solver::advancement;
+                if (values.is("solver", "conservative")) solver = Solver::conservative;
+                if (values.is("solver", "naive")) solver = Solver::naive;
+                return std::make_unique<FclContinuous>(solver);
+            }};
 }
 
 }  // namespace trocar

@@ -7,9 +7,9 @@
 // Tool     a joint with the static world whose wanted speed is that of the instrument's surface there.
 // Contacts are reduced first, one per vertex and other body, as for every response: N joints would add up to N k.
 //          A contact joint has two bodies, so a contact inside a face is three joints (for two tissues up to nine) with
-//          k and mu times the barycentric weights, each working on the path of its own node; points=vertex loads the
-//          heaviest vertex alone. Stiff ones hold a face's corners and not the point in it, and show more force: with
-//          k=1e7 2.25 N on i2t_stab, where one spring per contact shows 1.79.
+//          k and mu times the barycentric weights, each working on the path of its own node. Stiff ones hold a face's
+//          corners and not the point in it, and show more force: with k=1e7 2.25 N on i2t_stab, where one spring per
+//          contact shows 1.79.
 // Law      setting=penalty: soft ERP = h k / (h k + mu) and soft CFM = 1 / (h k + mu) make the joint a spring and
 //          damper at step h (BASELINES, ODE 10), dWorldStep. A joint whose gap would close within the step gets a
 //          wanted speed that closes it and no depth, which is the law of StepLaw.
@@ -46,13 +46,10 @@ namespace {
 struct Settings {
     bool penalty = true;  ///< ERP and CFM from k and mu; false: those of the library
     bool quick = false;   ///< dWorldQuickStep
-    bool share = true;    ///< three joints per point of a face; false: its heaviest vertex
     bool reduce = true;   ///< one contact per vertex and other body
-    int iterations = 20;  ///< of QuickStep
     SolverTiming timing = SolverTiming::substep;
     LawSettings law = {};
     double device_mass = 0.1;  ///< kg
-    unsigned long seed = 1;
 };
 
 /// A contact joint. Body 1 (`b`) is pushed along the normal, body 2 (`a`) against it; null: the static world.
@@ -69,14 +66,12 @@ struct Joint {
 /// The library's world and the bodies made so far.
 class World {
 public:
-    /// `iterations` of QuickStep.
-    explicit World(int iterations)
+    World()
         : world_(dWorldCreate()),
           joints_(dJointGroupCreate(0)),
           threading_(dThreadingAllocateSelfThreadedImplementation()) {
         // The library's shared one would stop the process at its end if a step had failed in the middle.
         dWorldSetStepThreadingImplementation(world_, dThreadingImplementationGetFunctions(threading_), threading_);
-        dWorldSetQuickStepNumIterations(world_, iterations);
     }
     ~World() {
         dJointGroupDestroy(joints_);
@@ -237,11 +232,11 @@ private:
     template <typename Work>
     void in_world(const Work& work) {
         use_ode();
-        if (!world_) world_ = std::make_unique<World>(settings_.iterations);
+        if (!world_) world_ = std::make_unique<World>();
         inside_ode_ = false;
         try {
             world_->clear();
-            dRandSetSeed(settings_.seed);
+            dRandSetSeed(1);
             work();
         } catch (...) {
             if (inside_ode_) abandon(world_.release());
@@ -264,7 +259,7 @@ private:
     std::size_t nodes_of(const ContactPoint& load, std::array<std::pair<Index, double>, 3>& nodes) const {
         const auto heaviest =
             static_cast<std::size_t>(std::max_element(load.weights.begin(), load.weights.end()) - load.weights.begin());
-        if (!settings_.share) {
+        if (!settings_.penalty) {
             nodes[0] = {load.vertices[heaviest], 1.0};
             return 1;
         }
@@ -438,17 +433,9 @@ ResponseEntry ode_joints_response() {
             "ERP and CFM that make a joint the spring k and damper mu, or the library's own (ERP 0.2, CFM 1e-10)"),
         choice_parameter("stepper", "auto", {"auto", "world", "quick"},
                          "dWorldStep or dWorldQuickStep; auto: the first for penalty, the second for library"),
-        integer_parameter("iterations", "20", 1.0, 1000.0, "iterations of dWorldQuickStep"),
-        std::move(acts),
-        choice_parameter(
-            "points", "auto", {"auto", "three", "vertex"},
-            "a contact in a face: three joints by barycentric weights (auto for penalty), or one at the nearest "
-            "vertex (auto for library)"),
-        reduction_parameter(),
+        std::move(acts), reduction_parameter(),
         number_parameter("device_mass", "kg", "0.1", 1e-6, 1e3,
-                         "mass that stands for an instrument against another instrument or a rigid body"),
-        integer_parameter("seed", "1", 0.0, 1000.0,
-                          "of the random order of rows in dWorldQuickStep, set each time its world is")};
+                         "mass that stands for an instrument against another instrument or a rigid body")};
     const std::vector<Parameter> law = law_parameters(auto_stiffness);
     entry.parameters.insert(entry.parameters.begin() + 1, law.begin(), law.end());
     // `proximity` offers several open features per vertex. dWorldStep's dense solver takes minutes per simulated second
@@ -468,14 +455,11 @@ ResponseEntry ode_joints_response() {
         Settings s;
         s.penalty = values.is("setting", "penalty");
         s.quick = values.is("stepper", "auto") ? !s.penalty : values.is("stepper", "quick");
-        s.share = values.is("points", "auto") ? s.penalty : values.is("points", "three");
         s.reduce = values.is("reduction", "vertex");
-        s.iterations = static_cast<int>(values.integer("iterations"));
         s.timing = read_timing(values);
         if (values.is("acts", "auto")) s.timing = s.penalty ? SolverTiming::substep : SolverTiming::held;
         s.law = read_law_settings(values);
         s.device_mass = values.number("device_mass");
-        s.seed = static_cast<unsigned long>(values.integer("seed"));
         return std::make_unique<OdeJoints>(s);
     };
     return entry;

@@ -11,8 +11,8 @@
 // * storage=hashed (default): cells are hashed (Teschner et al. 2003, their three primes) into a table of at least as
 //   many buckets as the scene has triangles, so that memory does not depend on the room that the scene takes. Cells
 //   that share a bucket cost box tests, never a pair.
-// * storage=dense: an array over all cells of the scene's box, at most `cells_per_triangle` per triangle; the cell edge
-//   grows until that holds. The textbook layout, and what the thesis calls inefficient.
+// * storage=dense: an array over all cells of the scene's box, at most 8 per triangle and never fewer than 64; the
+//   cell edge grows until that holds. The textbook layout, and what the thesis calls inefficient.
 // * lists are filled by counting, then writing, into one array, which keeps its memory from tick to tick.
 // * a bucket with triangles of one body only is left at once.
 // * within a query distance every box has half of it added on all sides, before it is put into cells and in every
@@ -60,8 +60,7 @@ struct Cells {
 
 class SpatialTessellation final : public Detector {
 public:
-    SpatialTessellation(double cell, bool dense, double cells_per_triangle)
-        : cell_(cell), dense_(dense), cells_per_triangle_(cells_per_triangle) {}
+    SpatialTessellation(double cell, bool dense) : cell_(cell), dense_(dense) {}
 
     void prepare(const Topology& topology, const Frame& frame) override {
         topology_ = &topology;
@@ -146,7 +145,8 @@ private:
         width_ = last + 1;
         if (dense_) {
             const double cells = (last[0] + 1.0) * (last[1] + 1.0) * (last[2] + 1.0);
-            if (cells > std::max(64.0, cells_per_triangle_ * topology_->triangle_count())) return false;
+            constexpr double cells_per_triangle = 8.0;
+            if (cells > std::max(64.0, cells_per_triangle * topology_->triangle_count())) return false;
             bucket_count_ = static_cast<std::size_t>(cells);
         } else {
             bucket_count_ = 64;
@@ -267,7 +267,6 @@ private:
 
     double cell_;  ///< m, as set; NaN: chosen from the first frame
     bool dense_;
-    double cells_per_triangle_;
     const Topology* topology_ = nullptr;
     double query_distance_ = 0.0;  ///< m
     double edge_ = 0.0;            ///< m; 0: not chosen yet
@@ -307,12 +306,9 @@ DetectorEntry spatial_tessellation_detector() {
                         .meaning = "edge of a cell; auto = 3 x the mean edge of the first frame",
                         .words = {"auto"}},
                        choice_parameter("storage", "hashed", {"hashed", "dense"},
-                                        "cells hashed into as many buckets as triangles, or an array over all cells"),
-                       number_parameter("cells_per_triangle", "1", "8", 0.01, 1000.0,
-                                        "storage=dense: cells grow until the array has no more than this")},
+                                        "cells hashed into as many buckets as triangles, or an array over all cells")},
         .make = [](const ParameterValues& values) {
-            return std::make_unique<SpatialTessellation>(values.number("cell"), values.is("storage", "dense"),
-                                                         values.number("cells_per_triangle"));
+            return std::make_unique<SpatialTessellation>(values.number("cell"), values.is("storage", "dense"));
         }};
 }
 

@@ -151,13 +151,6 @@ DetectorEntry ohc_detector() {
               .words = {"auto"}},
              choice_parameter("hash", "fibonacci", {"fibonacci", "teschner"},
                               "hash of a cell's numbers; changes the time, never the answer"),
-             integer_parameter("hash_bits", "12", 1, 24,
-                               "the cell map starts with 2^hash_bits slots and doubles when half full"),
-             {.name = "margin",
-              .unit = "m",
-              .default_value = "0",
-              .minimum = 0.0,
-              .meaning = "added around every triangle while searching for candidates; never part of the answer"},
              test_parameter(),
              swept_parameter(),
              max_pairs_parameter(),
@@ -166,8 +159,6 @@ DetectorEntry ohc_detector() {
             OhcSettings settings;
             settings.cell = values.number("cell");
             settings.hash = values.is("hash", "teschner") ? CellHash::teschner : CellHash::fibonacci;
-            settings.hash_bits = static_cast<int>(values.integer("hash_bits"));
-            settings.margin = values.number("margin");
             settings.take(values);
             return std::make_unique<Ohc>(settings);
         }};

@@ -46,7 +46,7 @@ void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
     boxes_.resize(bodies);
     wide_boxes_.resize(bodies);
     meeting_.prepare(bodies);
-    cells_.prepare(topology, settings_.margin);
+    cells_.prepare(topology);
     query_distance_ = 0.0;
     cell_edge_ = 0.0;
     choose_cell(frame);

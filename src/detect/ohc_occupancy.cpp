@@ -41,7 +41,7 @@ void OhcOccupancy::find_near(const Frame& frame, const CellRange& meeting) {
     double around = 0.0;
     for (const Group& group : groups) around = std::max(around, bodies_.around(group));
     near_.start(bodies_.cells().lattice(), meeting, around);
-    plain_ = bodies_.cells().plain() && near_.spread_for(around) <= Occupancy::most_spread;
+    plain_ = !bodies_.cells().path() && near_.spread_for(around) <= Occupancy::most_spread;
     for (std::size_t g = 0; g < last; ++g) put_in_field(frame, groups[g]);
     if (plain_) near_.search_for_any(spread_of(groups[last]));
     collect(frame, last, [this](const CellRange& range) { return near_.share(range); });

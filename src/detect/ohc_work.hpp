@@ -14,8 +14,6 @@ namespace trocar {
 struct OhcSettings : SharedSettings {
     double cell = std::numeric_limits<double>::quiet_NaN();  ///< m; NaN: chosen from the first frame
     CellHash hash = CellHash::fibonacci;
-    int hash_bits = 12;
-    double margin = 0.0;  ///< m
 };
 
 struct OhcWork {

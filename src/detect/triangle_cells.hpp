@@ -41,14 +41,12 @@ public:
     static constexpr double most_cells = 343.0;    ///< a triangle that covers more is cut into pieces
     static constexpr double most_pieces = 4096.0;  ///< a triangle that needs more is tested against everything
 
-    /// `margin`: added around every triangle, m.
-    void prepare(const Topology& topology, double margin) {
+    void prepare(const Topology& topology) {
         topology_ = &topology;
-        margin_ = margin;
-        around_.assign(topology.bodies.size(), margin);
+        around_.assign(topology.bodies.size(), 0.0);
     }
-    /// Sets the margin of a body's triangles to the common one plus `growth` (m, >= 0).
-    void grow(Index body, double growth) { around_[static_cast<std::size_t>(body)] = margin_ + growth; }
+    /// Sets the margin of a body's triangles (m, >= 0).
+    void grow(Index body, double margin) { around_[static_cast<std::size_t>(body)] = margin; }
     /// Margin around a body's triangles, m.
     [[nodiscard]] double around(Index body) const { return around_[static_cast<std::size_t>(body)]; }
     /// `path`: triangles cover all places between the frame before and this one. Large ones cover only their body's
@@ -58,8 +56,6 @@ public:
         parts_ = parts;
     }
     [[nodiscard]] bool path() const { return path_; }
-    /// A vertex stands for its position, with no margin except its body's growth.
-    [[nodiscard]] bool plain() const { return margin_ == 0.0 && !path_; }
     [[nodiscard]] Lattice& lattice() { return lattice_; }
     [[nodiscard]] const Lattice& lattice() const { return lattice_; }
 
@@ -213,7 +209,6 @@ private:
     }
 
     const Topology* topology_ = nullptr;
-    double margin_ = 0.0;
     std::vector<double> around_;  ///< per body
     bool path_ = false;
     std::span<const TickPart> parts_;

@@ -22,7 +22,6 @@ namespace {
 
 struct AdaptiveMultiresSettings {
     double error = 0.01;
-    std::size_t slices = 16;
     std::size_t relaxations = 250;
     std::size_t whole = 2000;
     ImplicitSystem::Accuracy accuracy = {.tolerance = 0.002, .iterations = 1000};
@@ -104,7 +103,7 @@ public:
         for (const auto& [level, node] : system_->interpolated()) region_->refresh(level, node);
         system_->linearise();
         // Both parts read only the state at the start of the tick until `move`, so they may run in parallel.
-        const std::size_t slice = state.size() / settings_.slices;
+        const std::size_t slice = state.size() / 16;
         const std::size_t relaxations = std::min(settings_.relaxations, slice);
         const auto follow = [&] { far_field_->follow(relaxations, slice - relaxations); };
         const auto solve = [&] { system_->solve(known, 1, settings_.accuracy, *contacts_); };
@@ -414,8 +413,6 @@ StepperEntry adaptive_multires_stepper() {
             "error", "1", "0.01", 1e-4, 0.1,
             "bound on the error of the force at a tool, as a part of it, on meshes with even faces: sets how far the "
             "fine region reaches"),
-        integer_parameter("slices", "16", 16, 1e7,
-                          "a part of one over this many of all vertices is followed in a tick, at most"),
         integer_parameter(
             "relaxations", "250", 3, 1e7,
             "most vertices of the far field that are followed in a tick, those first that have gone furthest"),
@@ -432,7 +429,6 @@ StepperEntry adaptive_multires_stepper() {
         const auto count = [&values](const char* name) { return static_cast<std::size_t>(values.integer(name)); };
         return std::make_unique<AdaptiveMultiresStepper>(
             AdaptiveMultiresSettings{.error = values.number("error"),
-                                     .slices = count("slices"),
                                      .relaxations = count("relaxations"),
                                      .whole = count("whole"),
                                      .accuracy = {.tolerance = values.number("tolerance"),

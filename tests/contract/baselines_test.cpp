@@ -74,7 +74,7 @@ TEST(FclContinuous, CubicTestsReportEveryPairThatBeginsOnDeformingMeshesToo) {
 TEST(FclContinuous, ABallMeetsASheetAtTheKnownTime) {
     if (!is_here("fcl_continuous")) GTEST_SKIP() << "FCL is absent";
     const World world = falling_ball();
-    // Advancement stops at most toc_err early; ten poses are a ninth of the tick apart and never early.
+    // Advancement stops at most 1e-4 of the tick early; ten poses are a ninth of the tick apart and never early.
     for (const auto& [solver, early, late] : {std::tuple<std::string, double, double>{"polynomial", 1e-6, 1e-6},
                                               {"advancement", 1e-4, 1e-6},
                                               {"naive", 0.0, 1.0 / 9.0}}) {
@@ -134,21 +134,22 @@ TEST(OdeTrimesh, WithMergingEveryPairReportedIsATrueOneAndMostAreReported) {
 
 TEST(SpatialTessellation, ADenseArrayHasTheCellsOfTheScenesBoxAndLargerOnesWhereTheseWereTooMany) {
     // A box of 2.5 x 1.5 x 3.5 m. The search visits every cell of the array and each triangle in each of its box's.
-    const World world =
-        make_world("corner", {{BodyKind::instrument, triangle({0.0, 0.0, 0.0}, {2.5, 0.0, 0.0}, {0.0, 1.5, 0.0})},
-                              {BodyKind::tissue, triangle({0.5, 0.5, 0.0}, {0.5, 0.5, 3.5}, {0.5, 1.2, 3.5})}});
-    const auto cells_visited = [&world](const char* cell, const char* most) {
-        const ContactSet contacts =
-            answer(world, "spatial_tessellation", {{"storage", "dense"}, {"cell", cell}, {"cells_per_triangle", most}});
-        EXPECT_EQ(contacts.pairs, (std::vector<TrianglePair>{{0, 1}})) << cell << " " << most;
+    const auto cells_visited = [](const char* cell, int more_triangles) {
+        Shape tissue = triangle({0.5, 0.5, 0.0}, {0.5, 0.5, 3.5}, {0.5, 1.2, 3.5});
+        for (int i = 0; i < more_triangles; ++i)
+            tissue.add(triangle({0.1, 0.1, 3.1}, {0.2, 0.1, 3.1}, {0.1, 0.2, 3.1}));
+        const World world =
+            make_world("corner", {{BodyKind::instrument, triangle({0.0, 0.0, 0.0}, {2.5, 0.0, 0.0}, {0.0, 1.5, 0.0})},
+                                  {BodyKind::tissue, tissue}});
+        const ContactSet contacts = answer(world, "spatial_tessellation", {{"storage", "dense"}, {"cell", cell}});
+        EXPECT_EQ(contacts.pairs, (std::vector<TrianglePair>{{0, 1}})) << cell;
         return contacts.work.cells_visited;
     };
-    constexpr std::int64_t of_one_metre = 3 * 2 * 4 + 3 * 2 * 1 + 1 * 2 * 4;
-    EXPECT_EQ(cells_visited("1", "8"), of_one_metre);
-    EXPECT_EQ(cells_visited("1", "0.01"), of_one_metre) << "few cells are never too many";
-    // Half as long there are 6 * 4 * 8 = 192: for two triangles just as many as 96 for each.
-    EXPECT_EQ(cells_visited("0.5", "96"), 6 * 4 * 8 + 6 * 4 * 1 + 1 * 2 * 8);
-    EXPECT_EQ(cells_visited("0.5", "95.9"), of_one_metre) << "twice as long in all directions";
+    EXPECT_EQ(cells_visited("1", 0), 3 * 2 * 4 + 3 * 2 * 1 + 1 * 2 * 4) << "64 cells are never too many";
+    EXPECT_EQ(cells_visited("0.73", 0), 4 * 3 * 5 + 4 * 3 * 1 + 1 * 2 * 5);
+    // An edge of 0.69 m makes 4 * 3 * 6 = 72 cells: 8 for each of nine triangles.
+    EXPECT_EQ(cells_visited("0.69", 7), 4 * 3 * 6 + 4 * 3 * 1 + 1 * 2 * 6 + 7);
+    EXPECT_EQ(cells_visited("0.69", 6), 2 * 2 * 3 + 2 * 2 * 1 + 1 * 1 * 3 + 6) << "twice as long in all directions";
 }
 
 TEST(EmbreeCollide, SubnormalCoordinatesAreDecidedExactly) {

@@ -211,10 +211,8 @@ TEST(FirstMeeting, OfOrdinaryMotionsIsFoundWithoutTheLastStage) {
 TEST(OhcSwept, NoSettingChangesTheAnswer) {
     for (const World& world : fast_scenes()) {
         const std::size_t expected = answer(world, "ohc").swept.size();
-        for (const Settings& settings : std::vector<Settings>{{{"cell", "0.0005"}},
-                                                              {{"cell", "1"}},
-                                                              {{"cell", "0.0031"}, {"margin", "0.002"}},
-                                                              {{"hash", "teschner"}, {"hash_bits", "1"}}}) {
+        for (const Settings& settings : std::vector<Settings>{
+                 {{"cell", "0.0005"}}, {{"cell", "1"}}, {{"cell", "0.0031"}}, {{"hash", "teschner"}}}) {
             EXPECT_EQ(answer(world, "ohc", settings).swept.size(), expected) << world.name;
         }
     }

