@@ -3,8 +3,7 @@
 //
 // Settings, and where they depart from the library's defaults (measured facts in README.md):
 //  iterations      at most 100 (default: no limit, and then some inputs never end). MPR has inner loops without any
-//  cap, which
-//                  only the time limit of a run can end.
+//                  cap, which only the time limit of a run can end.
 //  tolerances      1e-6 of the mean edge for EPA and MPR (default 1e-4 in absolute units, which is a tenth of a
 //                  millimetre for a scene in metres).
 //  scale           each pair is moved to its own first corner and divided by the mean edge of the scene, so that

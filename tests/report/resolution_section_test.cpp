@@ -49,20 +49,31 @@ TEST(ResolutionSection, CountsEveryGroupAndAFailedRunAsUnresolved) {
     const std::vector<Record> all = resolutions();
     const Draft draft(all);
     const Table table = resolution_table(draft);
-    ASSERT_EQ(table.columns.size(), 7U);
+    ASSERT_EQ(table.columns.size(), 6U);
     EXPECT_EQ(table.columns[1].header, "at rest, moving");
     EXPECT_EQ(table.columns[2].header, "silent detector");
-    EXPECT_EQ(table.columns[3].header, "all");
     const std::vector<std::string> push = row_of(table, "push");
     EXPECT_EQ(push[1], "2 / 1 of 2");
     EXPECT_EQ(push[2], "0 / 0 of 1");
-    EXPECT_EQ(push[3], "2 / 1 of 3");
-    EXPECT_EQ(push[4], "30.0 [∞]");
-    EXPECT_EQ(push[5], "2.00 [2.00]");
+    EXPECT_EQ(push[3], "30.0 [∞]");
+    EXPECT_EQ(push[4], "2.00 [2.00]");
     const std::vector<std::string> jump = row_of(table, "jump");
-    EXPECT_EQ(jump[3], "2 / 2 of 3");
-    EXPECT_EQ(jump[4], "6.00 [∞]");
-    EXPECT_EQ(jump[5], "2.00 [∞]") << "a failed run is worse than all others";
+    EXPECT_EQ(jump[1], "2 / 2 of 2");
+    EXPECT_EQ(jump[2], "0 / 0 of 1");
+    EXPECT_EQ(jump[3], "6.00 [∞]");
+    EXPECT_EQ(jump[4], "2.00 [∞]") << "a failed run is worse than all others";
+}
+
+TEST(ResolutionSection, LeavesOutWhatIsResolvedWithoutAResponse) {
+    std::vector<Record> all = resolutions();
+    all.push_back(resolution("none", "moving_a", 12, false));
+    all.push_back(resolution("none", "rest_a", -1, false, "nothing reported"));
+    const Draft draft(all);
+    const Table table = resolution_table(draft);
+    EXPECT_EQ(row_of(table, "push")[1], "1 / 1 of 1");
+    EXPECT_EQ(row_of(table, "none")[1], "0 / 0 of 1");
+    EXPECT_NE(table.note.find("moving_a"), std::string::npos);
+    EXPECT_EQ(table.note.find("rest_a"), std::string::npos);
 }
 
 TEST(ResolutionSection, OrdersByResolvedThenByTicks) {
@@ -81,7 +92,10 @@ TEST(ResolutionSection, SaysWhyAndIsOnPageOne) {
     EXPECT_NE(html.find("too slow 2"), std::string::npos);
     EXPECT_NE(html.find("wrong side held 1"), std::string::npos);
     EXPECT_NE(html.find("unstable 1"), std::string::npos);
-    EXPECT_NE(report.files.at("report.md").find("2 / 1 of 3"), std::string::npos);
+    EXPECT_NE(html.find("2 of 3<span class=\"range\">[20.8 to 93.9 %]"), std::string::npos)
+        << "Wilson's interval by hand: 0.2077, 0.9385";
+    EXPECT_NE(html.find("0 / 1, p 1.00"), std::string::npos) << "pull beside the first row";
+    EXPECT_NE(report.files.at("report.md").find("2 / 1 of 2"), std::string::npos);
 }
 
 }  // namespace
