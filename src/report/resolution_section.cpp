@@ -63,10 +63,10 @@ std::vector<double> worst_first(const ResultSet& results, Metric metric) {
 std::string bounded(double value) { return std::isinf(value) ? "∞" : scaled(value); }
 
 /// "12 [180]": median, and the value that 90 % do not exceed.
-MetricColumn spread_column(const std::string& header, Metric metric) {
-    return {.header = header, .metric = metric, .text = [metric](const ResultSet& results) {
+MetricColumn spread_column(const std::string& header, Metric metric, double scale = 1.0) {
+    return {.header = header, .metric = metric, .text = [metric, scale](const ResultSet& results) {
                 const std::vector<double> values = worst_first(results, metric);
-                return bounded(median(values)) + " [" + bounded(quantile(values, 0.9)) + "]";
+                return bounded(scale * median(values)) + " [" + bounded(scale * quantile(values, 0.9)) + "]";
             }};
 }
 
@@ -192,10 +192,10 @@ Table resolution_table(const Draft& draft) {
     Table table =
         rows_table("Interpenetration resolution: resolved / cleared of N scenes", resolved_rows(draft), columns);
     table.note =
-        "Contact is off for an interval in which bodies pass into each other. Resolved: within 200 ms the state is "
-        "that "
-        "of the same scene with contact at every tick, and stays so. Cleared: besides, never deeper than 0.02 edges. "
-        "Others: median [90 %] over the scenes; ∞: not resolved, failed or not defined. Order: resolved, then ticks.";
+        "Contact is off for an interval in which bodies pass into each other. Resolved: within 200 ms the state is as "
+        "that of the same scene with contact at every tick, and stays so. Cleared: besides, never deeper than 0.02 "
+        "edges. Others: median [90 %] over the scenes; ∞: not resolved, failed or not defined. Order: resolved, then "
+        "ticks.";
     const std::set<std::string> no_cases = resolved_by_none(draft.results);
     if (!no_cases.empty()) {
         table.note += " Left out, since the scripts alone resolve them (response none): " +
@@ -217,37 +217,15 @@ void add_resolution(Draft& draft) {
                         {.header = "it alone / the first row alone",
                          .metric = Metric::resolution_resolved,
                          .text = [&first](const ResultSet& row) { return against_first(first, row); }},
+                        spread_column("force step (N)", Metric::resolution_force_step_n),
+                        spread_column("overshoot (mm)", Metric::resolution_overshoot_m, mm),
                         text_column("causes, and how many scenes", causes_of, true)});
         table.note =
             "Interval: Wilson's. p: exact McNemar test of the scenes that one of the two rows resolves alone, on the "
-            "scenes of both; below 0.05 the rows differ. Order: as above.";
+            "scenes of both; below 0.05 the rows differ. Others: median [90 %]. results.csv has every run. Order: as "
+            "above.";
         draft.add(table);
     }
-    draft.add(table_of(
-        draft, {.caption = "Resolution by scene",
-                .mode = kind,
-                .columns = {text_column("resolved", Metric::resolution_resolved,
-                                        [](const RunFigures& run) {
-                                            return yes_no(run[Metric::resolution_resolved], unknown_text);
-                                        }),
-                            text_column(
-                                "why not",
-                                [](const ResultSet& results) {
-                                    const std::string& cause = fact_of(*results.first().record, "resolution.cause");
-                                    return cause == "resolved" ? std::string() : cause;
-                                },
-                                true),
-                            {.header = "depth before / after (mm)",
-                             .metric = Metric::resolution_depth_before_m,
-                             .second = Metric::resolution_depth_after_m,
-                             .scale = mm},
-                            value_column("depth with contact (mm)", Metric::resolution_depth_twin_m, mm),
-                            count_column("ticks", Metric::resolution_ticks),
-                            value_column("kick", Metric::resolution_kick),
-                            value_column("force step (N)", Metric::resolution_force_step_n),
-                            value_column("excess energy", Metric::resolution_excess_energy),
-                            value_column("overshoot (mm)", Metric::resolution_overshoot_m, mm),
-                            value_column("left behind (mm)", Metric::resolution_left_behind_m, mm)}}));
 }
 
 }  // namespace trocar
