@@ -35,6 +35,12 @@ bool is_of(const Group& group, const std::string& scene) {
 
 bool holds(const SceneResult& result, Metric metric) { return result.ok() && result.first(metric) == 1.0; }
 
+int resolved_of(const ResultSet& results) {
+    return static_cast<int>(
+        std::count_if(results.results.begin(), results.results.end(),
+                      [](const SceneResult* result) { return holds(*result, Metric::resolution_resolved); }));
+}
+
 /// "20 / 3 of 24": resolved, of these cleared, of all that were not left out.
 std::string counts_of(const ResultSet& results, const Group* group) {
     int all = 0;
@@ -114,11 +120,10 @@ std::vector<ResolvedRow> resolved_rows(const Draft& draft) {
     for (const Method& method : draft.results.methods(kind)) {
         ResolvedRow row{.method = method};
         for (const SceneResult* result : possible(draft.results, method).results) {
-            if (no_cases.contains(result->scene())) continue;
-            row.results.results.push_back(result);
-            row.resolved += holds(*result, Metric::resolution_resolved) ? 1 : 0;
+            if (!no_cases.contains(result->scene())) row.results.results.push_back(result);
         }
         if (row.results.count() == 0) continue;
+        row.resolved = resolved_of(row.results);
         row.ticks = median(worst_first(row.results, Metric::resolution_ticks));
         rows.push_back(std::move(row));
     }
@@ -140,10 +145,7 @@ Table rows_table(const std::string& caption, const std::vector<ResolvedRow>& row
 
 /// "41 of 118 [26 to 44 %]", Wilson's interval.
 std::string share_of(const ResultSet& results) {
-    int resolved = 0;
-    for (const SceneResult* result : results.results) {
-        resolved += holds(*result, Metric::resolution_resolved) ? 1 : 0;
-    }
+    const int resolved = resolved_of(results);
     const auto all = static_cast<int>(results.count());
     const Proportion share = wilson_interval(resolved, all);
     return of_text(resolved, all) + " [" + scaled(100.0 * share.low) + " to " + scaled(100.0 * share.high) + " %]";
