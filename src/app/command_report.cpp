@@ -6,6 +6,7 @@
 
 #include "app/commands.hpp"
 #include "app/json_values.hpp"
+#include "app/shipped.hpp"
 #include "app/worst_tick.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
@@ -86,7 +87,7 @@ void take_picture(const CommonOptions& common, const ReportOptions& options) {
 int report(const CommonOptions& common, const ReportOptions& options) {
     if (options.against) return compare(common, options);
     if (options.picture) take_picture(common, options);
-    const Report written = write_report(options.directory);
+    const Report written = write_report(options.directory, shipped_reports());
     if (common.json) {
         Json document{{"directory", options.directory.string()}, {"files", Json::array()}};
         for (const auto& [name, content] : written.files) document["files"].push_back(name);

@@ -199,7 +199,7 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
     std::filesystem::path target = std::filesystem::path("reports") / study.name;
     write_shared_assets(target.parent_path());
     if (std::filesystem::exists(target) && std::filesystem::equivalent(target, directory)) {
-        write_report(target);
+        write_report(target, shipped_reports());
         return target;
     }
     std::filesystem::path beside = target;
@@ -209,7 +209,7 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
         std::filesystem::create_directories((beside / name).parent_path());
         std::filesystem::copy_file(directory / name, beside / name);
     }
-    write_report(beside);
+    write_report(beside, shipped_reports());
     std::filesystem::remove_all(target);
     std::filesystem::rename(beside, target);
     return target;
@@ -266,7 +266,7 @@ int study(const CommonOptions& common, const StudyOptions& options) {
     const std::vector<Record> records = read_records(runner.directory);
     write_view_pages(runner.directory, records, study.file.parent_path(), common.data);
     keep_worst_tick(study, common, runner.directory, records);
-    const Report report = write_report(runner.directory);
+    const Report report = write_report(runner.directory, shipped_reports());
     const std::filesystem::path published =
         options.publish ? publish(study, runner.directory, report) : std::filesystem::path();
     if (!common.json) {

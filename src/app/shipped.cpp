@@ -92,6 +92,12 @@ std::vector<fs::path> shipped_roots() {
     return candidates;
 }
 
+std::vector<fs::path> shipped_reports() {
+    std::vector<fs::path> folders = shipped_roots();
+    for (fs::path& folder : folders) folder /= "reports";
+    return folders;
+}
+
 void add_shipped_root(const fs::path& root) { added_root() = root; }
 
 std::vector<fs::path> shipped_scenes() { return files_in(scene_folders); }

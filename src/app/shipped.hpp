@@ -14,6 +14,9 @@ std::vector<std::filesystem::path> shipped_roots();
 /// For programs installed elsewhere: adds share/trocar of the trocar that they link. Empty: none.
 void add_shipped_root(const std::filesystem::path& root);
 
+/// Folder `reports` of every root: where published reports are looked for.
+std::vector<std::filesystem::path> shipped_reports();
+
 /// Scene files of every root in order, each name once. Sorted by name within a folder: scenes/ first, then scenes that
 /// only studies use.
 std::vector<std::filesystem::path> shipped_scenes();

@@ -41,6 +41,24 @@ double quantile(std::vector<double> values, double q) {
     return quantile_of_sorted(values, q);
 }
 
+Bounds rank_interval_of_median(std::vector<double> values) {
+    std::erase_if(values, [](double value) { return std::isnan(value); });
+    std::sort(values.begin(), values.end());
+    // Of as many throws of a coin, fewer than `rank` heads come up in at most 2.5 of 100 series.
+    const auto count = static_cast<int>(values.size());
+    double term = std::ldexp(1.0, -count);
+    double sum = term;
+    int rank = 0;
+    while (sum <= 0.025) {
+        ++rank;
+        term *= static_cast<double>(count - rank + 1) / rank;
+        sum += term;
+    }
+    if (rank == 0) return {};
+    return {.low = values[static_cast<std::size_t>(rank - 1)],
+            .high = values[values.size() - static_cast<std::size_t>(rank)]};
+}
+
 std::optional<double> tail_quantile(const std::vector<double>& values, double q) {
     const auto known = std::count_if(values.begin(), values.end(), [](double value) { return !std::isnan(value); });
     if (known < smallest_count(q)) return std::nullopt;

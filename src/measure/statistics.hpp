@@ -32,6 +32,10 @@ struct Bounds {
     double high = not_known;
 };
 
+/// 95 % interval of the median from ranks alone (Conover 1999, §3.2): the narrowest pair of order statistics equally
+/// far from both ends. NaN below six values. Values may be infinite.
+Bounds rank_interval_of_median(std::vector<double> values);
+
 using Statistic = std::function<double(std::vector<double>)>;
 
 /// 95 % percentile bootstrap of a statistic over independent values. The same seed gives the same interval anywhere.

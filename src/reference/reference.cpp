@@ -332,7 +332,11 @@ ReferenceComparison::ReferenceComparison(const FoundReference& found, double dt)
 void ReferenceComparison::observe(double time, const Vector3& tool_force, const Matrix3X& position) {
     for (Law& law : laws_) {
         if (law.solution == nullptr || time > law.solution->until + 1e-9) continue;
-        law.force_difference.push_back(tool_force - law.solution->force_at(time));
+        const Vector3 force = law.solution->force_at(time);
+        law.force_difference.push_back(tool_force - force);
+        law.force_max = std::max(law.force_max, force.norm());
+        law.force_step = std::max(law.force_step, (force - law.force).norm());
+        law.force = force;
         // The positions are those after the tick.
         const Matrix3X expected = law.solution->positions_at(time + dt_);
         for (std::size_t i = 0; i < law.solution->points.size(); ++i) {
@@ -360,6 +364,8 @@ ReferenceErrors ReferenceComparison::errors() const {
         error.position_rms = places ? std::sqrt(law.position_squares / law.position_count) : not_known;
         error.position_worst = places ? law.position_worst : not_known;
         error.force_bound = known ? law.solution->force_bound : not_known;
+        error.reference_max = known ? law.force_max : not_known;
+        error.reference_step = known ? law.force_step : not_known;
     }
     errors.hard_clears = clears_;
     return errors;

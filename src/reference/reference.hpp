@@ -101,6 +101,8 @@ struct ReferenceErrors {
         double position_rms = not_known;    ///< m, of the stored tissue vertices or operators
         double position_worst = not_known;  ///< m
         double force_bound = not_known;     ///< N, root mean square, of the reference itself
+        double reference_max = not_known;   ///< N, largest force of the reference itself, at the run's ticks
+        double reference_step = not_known;  ///< N, its largest change from tick to tick, the first from zero
     };
     Law equal_k;
     Law hard;
@@ -120,6 +122,9 @@ private:
     struct Law {
         const ReferenceSolution* solution = nullptr;  ///< null = no reference
         std::vector<Vector3> force_difference;
+        Vector3 force = Vector3::Zero();  ///< of the solution at the last tick
+        double force_max = 0.0;
+        double force_step = 0.0;
         double position_squares = 0.0;
         double position_count = 0.0;
         double position_worst = 0.0;

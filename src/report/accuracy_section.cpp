@@ -116,35 +116,6 @@ Table depth_table(const Draft& draft) {
         columns, rows);
 }
 
-std::string detection_chart(const Draft& draft, const std::vector<Method>& detectors,
-                            const std::vector<std::string>& scenes) {
-    DotChart chart;
-    chart.x_title = "time per tick (µs), update + detect";
-    chart.x_limit = 1000.0;
-    chart.x_limit_name = "1 ms";
-    chart.categories = scenes;
-    int style = 0;
-    for (const Method& detector : detectors) {
-        DotChart::Series series{.name = detector.detector, .style = mark_style(style++)};
-        for (const std::string& scene : scenes) {
-            const SceneResult* result = draft.results.find(detector, scene);
-            if (result == nullptr || !result->ok()) {
-                series.dots.emplace_back();
-                continue;
-            }
-            const double p50 = result->of(Metric::total_median_ns).value * us;
-            const double p99 = result->of(Metric::total_p99_ns).value * us;
-            series.dots.emplace_back(DotChart::Dot{
-                .value = p50,
-                .upper = p99,
-                .name = fmt::format("{} on {}: median {} µs, p99 {}", detector.detector, scene, format_number(p50),
-                                    std::isnan(p99) ? "n too small" : format_number(p99) + " µs")});
-        }
-        chart.series.push_back(std::move(series));
-    }
-    return draw(chart);
-}
-
 Table outcome_matrix(const Draft& draft, const std::vector<Method>& detectors, const std::vector<std::string>& scenes) {
     Table matrix{.caption = "Scene × detector: ok, or what went wrong", .columns = {{"scene", false}}};
     for (const Method& detector : detectors) matrix.columns.push_back({code(detector.label()), false});
@@ -274,11 +245,6 @@ void add_detection(Draft& draft) {
     const bool fits = detectors.size() <= most_columns;
     if (fits) draft.add(outcome_matrix(draft, detectors, scenes));
     draft.add(table_of(draft, {.caption = "The same per scene", .mode = "replay", .columns = pair_columns()}));
-    if (!fits) return;
-    draft.drawing(
-        "detection_time", detection_chart(draft, detectors, scenes),
-        "Time per tick of each detector (update + detect) per scene: mark = median, whisker to the 99 % value "
-        "where there are 1000 ticks. Red: 1 ms.");
 }
 
 void add_contacts_and_forces(Draft& draft) {

@@ -44,10 +44,9 @@ public:
             width, dash_attribute(dash));
         out_ += name.empty() ? "/>\n" : "><title>" + escape_xml(name) + "</title></path>\n";
     }
-    void rectangle(double x, double y, double width, double height, const char* colour, const std::string& name = {}) {
-        out_ += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"", x, y,
+    void rectangle(double x, double y, double width, double height, const char* colour) {
+        out_ += fmt::format("<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" fill=\"{}\"/>\n", x, y,
                             width, height, colour);
-        out_ += name.empty() ? "/>\n" : "><title>" + escape_xml(name) + "</title></rect>\n";
     }
     /// anchor: start, middle or end.
     void text(double x, double y, const std::string& content, const char* anchor = "start", const char* colour = ink,
@@ -369,96 +368,6 @@ std::string draw(const ScatterChart& chart) {
         canvas.line(right + 18, line - 4, right + 34, line - 4, "#9aa4ae", 2.0, "1 4");
         canvas.text(right + 39, line, "front: none is faster and better", "start", ink, 12);
     }
-    return canvas.finish();
-}
-
-std::string draw(const DotChart& chart) {
-    constexpr double width = 1100;
-    constexpr double left = 150;
-    constexpr double right = 860;
-    constexpr double top = 20;
-    const double spacing = std::max(30.0, 11.0 * static_cast<double>(chart.series.size()) + 12.0);
-    const double bottom = top + spacing * static_cast<double>(chart.categories.size());
-    const double height = std::max(bottom + 56.0, top + 24.0 + 20.0 * static_cast<double>(chart.series.size()));
-    double low = std::numeric_limits<double>::infinity();
-    double high = 0.0;
-    for (const DotChart::Series& series : chart.series) {
-        for (const auto& dot : series.dots) {
-            if (!dot || !(dot->value > 0.0)) continue;
-            low = std::min(low, dot->value);
-            high = std::max({high, dot->value, std::isnan(dot->upper) ? 0.0 : dot->upper});
-        }
-    }
-    if (chart.x_limit) high = std::max(high, *chart.x_limit);
-    const Axis x = Axis::logarithmic(low, high, left, right);
-    Canvas canvas(width, height, chart.x_title + " per scene");
-    for (std::size_t i = 0; i < chart.categories.size(); ++i) {
-        const double y = top + spacing * static_cast<double>(i);
-        if (i % 2 == 0) canvas.rectangle(left, y, right - left, spacing, "#f5f7f9");
-        canvas.text(left - 10, y + spacing / 2 + 4, chart.categories[i], "end");
-    }
-    draw_grid_over(canvas, x, top, bottom);
-    canvas.line(left, bottom, right, bottom, ink);
-    canvas.text((left + right) / 2, bottom + 42, chart.x_title, "middle");
-    if (chart.x_limit) draw_limit(canvas, x.at(*chart.x_limit), top, bottom, chart.x_limit_name);
-    double line = top + 12;
-    for (std::size_t s = 0; s < chart.series.size(); ++s) {
-        const DotChart::Series& series = chart.series[s];
-        for (std::size_t i = 0; i < series.dots.size(); ++i) {
-            const auto& dot = series.dots[i];
-            if (!dot || !(dot->value > 0.0)) continue;
-            const double y = top + spacing * static_cast<double>(i) + 11.0 + 11.0 * static_cast<double>(s);
-            if (!std::isnan(dot->upper) && dot->upper > 0.0) {
-                canvas.line(x.at(dot->value), y, x.at(dot->upper), y, chart_colour(series.style.colour), 1.5);
-                canvas.line(x.at(dot->upper), y - 4, x.at(dot->upper), y + 4, chart_colour(series.style.colour), 1.5);
-            }
-            canvas.mark(x.at(dot->value), y, series.style, dot->name);
-        }
-        legend_entry(canvas, right + 26, line, series.style, series.name);
-        line += 20;
-    }
-    return canvas.finish();
-}
-
-std::string draw(const BarChart& chart) {
-    constexpr double width = 1100;
-    std::size_t longest = 0;
-    for (const BarChart::Bar& bar : chart.bars) longest = std::max(longest, bar.name.size());
-    const double left = std::clamp(20.0 + 6.8 * static_cast<double>(longest), 120.0, 600.0);  // 12 px letters
-    constexpr double right = 1010;
-    constexpr double top = 40;
-    constexpr double spacing = 22;
-    const double bottom = top + spacing * static_cast<double>(chart.bars.size());
-    double high = 0.0;
-    for (const BarChart::Bar& bar : chart.bars) {
-        double sum = 0.0;
-        for (const double part : bar.parts) sum += std::isnan(part) ? 0.0 : part;
-        high = std::max(high, sum);
-    }
-    const Axis x = Axis::linear(0.0, high, left, right);
-    Canvas canvas(width, bottom + 56, chart.x_title);
-    double legend = left;
-    for (std::size_t i = 0; i < chart.parts.size(); ++i) {
-        canvas.rectangle(legend, top - 30, 12, 12, chart_colour(static_cast<int>(i)));
-        canvas.text(legend + 18, top - 19, chart.parts[i], "start", ink, 12);
-        legend += 40.0 + 7.5 * static_cast<double>(chart.parts[i].size());
-    }
-    draw_grid_over(canvas, x, top, bottom);
-    for (std::size_t i = 0; i < chart.bars.size(); ++i) {
-        const double y = top + spacing * static_cast<double>(i);
-        canvas.text(left - 10, y + 15, chart.bars[i].name, "end", ink, 12);
-        double from = 0.0;
-        for (std::size_t p = 0; p < chart.bars[i].parts.size(); ++p) {
-            const double part = chart.bars[i].parts[p];
-            if (std::isnan(part) || part <= 0.0) continue;
-            canvas.rectangle(x.at(from), y + 3, std::max(0.3, x.at(from + part) - x.at(from)), spacing - 6,
-                             chart_colour(static_cast<int>(p)),
-                             fmt::format("{}, {}: {}", chart.bars[i].name, chart.parts.at(p), format_number(part)));
-            from += part;
-        }
-    }
-    canvas.line(left, top, left, bottom, ink);
-    canvas.text((left + right) / 2, bottom + 42, chart.x_title, "middle");
     return canvas.finish();
 }
 

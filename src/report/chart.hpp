@@ -69,38 +69,6 @@ std::string draw(const ScatterChart& chart);
 /// logarithmic axis, with a note in the tooltip.
 std::string interactive(const ScatterChart& chart);
 
-/// One row per category, one mark per series at `value` with a whisker to `upper`; x logarithmic.
-struct DotChart {
-    struct Dot {
-        double value = 0.0;
-        double upper = std::numeric_limits<double>::quiet_NaN();  ///< NaN: no whisker
-        std::string name;
-    };
-    struct Series {
-        std::string name;
-        MarkStyle style;
-        std::vector<std::optional<Dot>> dots = {};  ///< one per category
-    };
-    std::string x_title;
-    std::vector<std::string> categories;
-    std::vector<Series> series;
-    std::optional<double> x_limit;
-    std::string x_limit_name;
-};
-std::string draw(const DotChart& chart);
-
-/// Stacked horizontal bars; x linear from 0.
-struct BarChart {
-    struct Bar {
-        std::string name;
-        std::vector<double> parts = {};  ///< NaN: part not present
-    };
-    std::string x_title;
-    std::vector<std::string> parts = {};
-    std::vector<Bar> bars = {};
-};
-std::string draw(const BarChart& chart);
-
 /// Pixels drawn and left out in turn; empty: a full line.
 const std::vector<double>& line_dash(int number);
 

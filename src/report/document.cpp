@@ -116,7 +116,7 @@ std::string csv_line(const std::vector<std::string>& fields) {
 
 std::string format_number(double value) {
     if (std::isnan(value)) return "n/a";
-    if (std::isinf(value)) return value > 0 ? "inf" : "-inf";
+    if (std::isinf(value)) return value > 0 ? "∞" : "-∞";
     if (value == 0.0) return "0";
     const double magnitude = std::abs(value);
     if (magnitude < 1e-4 || magnitude >= 1e9) return fmt::format("{:.2e}", value);

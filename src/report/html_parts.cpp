@@ -79,8 +79,8 @@ const char* const page_script = R"(
     if (!cell) return null;
     var text = cell.textContent.trim();
     if (!cell.classList.contains("number")) return text;
-    var found = text.match(/-?\d+(\.\d+)?(e[-+]?\d+)?/i);
-    return found ? parseFloat(found[0]) : null;
+    var found = text.match(/∞|-?\d+(\.\d+)?(e[-+]?\d+)?/i);
+    return !found ? null : found[0] === "∞" ? Infinity : parseFloat(found[0]);
   }
   function closeCommands(body) {
     body.querySelectorAll("tr.command").forEach(function (row) { row.remove(); });

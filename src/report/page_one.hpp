@@ -9,7 +9,7 @@
 namespace trocar {
 
 inline constexpr std::size_t page_one_rows = 10;
-inline constexpr std::size_t page_one_columns = 9;
+inline constexpr std::size_t page_one_columns = 8;
 
 /// One response, with its settings, over all closed-loop scenes. Methods with bit-identical motion on every scene share
 /// a row. The row shows the first one's name and times, and lists the others.
@@ -48,6 +48,11 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
 
 /// p99 tick against maximum depth, one line per method over its settings; failed rows are on a separate rail.
 ScatterChart depth_against_time(const std::vector<ResponseRow>& rows);
+
+/// Share of targets (scene and error limit) that the rows of page 1 meet over the time of a tick; no lines without a
+/// target met. Error: residual penetration, max, on the judged scenes, over p99; on prescribed frames the share of
+/// wrong pairs, over the median.
+LineChart targets_over_time(const Draft& draft, const Verdict& overall);
 
 /// The row in one word for a table: "`penalty:k=1000` (tracked_proximity)"; with its detector where `detector` is
 /// another one.

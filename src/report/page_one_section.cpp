@@ -89,7 +89,7 @@ std::vector<Table> tables_of(const Draft& draft) {
     tables.push_back(first_of(paced_page(draft), "Paced loop"));
     tables.push_back(first_of(size_page(draft), "Cost by size"));
     tables.push_back(first_of(against_table(draft), "Steppers in step"));
-    tables.push_back(first_of(resolution_table(draft), "Interpenetration resolution"));
+    tables.push_back(resolution_page(draft));
     tables.push_back(first_of(repeated_motion_table(draft), "Repeated motion"));
     std::erase_if(tables, [](const Table& table) { return table.rows.empty(); });
     return tables;
@@ -101,6 +101,7 @@ std::string sentence_of(const Draft& draft) {
         text = detector_sentence(make_verdict(draft.results, draft.reference, "replay", draft.results.scenes("replay")),
                                  draft);
     }
+    if (text.empty()) text = resolution_sentence(draft);
     if (text.empty()) text = hard_case_sentence(draft);
     return text.empty() ? work_precision_sentence(draft) : text;
 }
@@ -139,12 +140,28 @@ std::string plain_table(const Table& table) {
 
 void add_page_one(Draft& draft, const std::string& worst_tick) {
     draft.sentence = sentence_of(draft);
+    for (const QuotedReport& report : draft.quoted) {
+        if (!report.sentence.empty()) draft.sentence += (draft.sentence.empty() ? "" : " ") + report.sentence;
+    }
     if (!draft.sentence.empty()) draft.paragraph(draft.sentence, Paragraph::Style::quote);
     const std::string quoted = common_fact(draft.records, "study.quotes");
     if (!quoted.empty()) draft.paragraph(quoted);
     warnings(draft);
     const std::vector<Table> tables = tables_of(draft);
     for (const Table& table : tables) draft.add(table);
+    for (const QuotedReport& report : draft.quoted) {
+        draft.add(report.table);
+        if (!report.different.empty()) {
+            draft.paragraph("Other states than in the report " + code(report.name) + ": " +
+                                joined_code(report.different) + ". Its figures are not those of this program.",
+                            Paragraph::Style::warning);
+        }
+        if (report.table.rows.empty()) {
+            draft.paragraph("The report " + code(report.name) +
+                            " is not at hand: " + code("trocar study " + report.name + " --publish") +
+                            " makes it, and its table then stands here.");
+        }
+    }
     const bool planned = std::any_of(draft.records.begin(), draft.records.end(), [](const Record& record) {
         return record.spec.mode == "closed_loop" || record.spec.mode == "replay";
     });
@@ -171,9 +188,42 @@ void add_page_one(Draft& draft, const std::string& worst_tick) {
     draft.add(rigid);
 }
 
+QuotedReport quote_of(const std::string& name, const std::vector<Record>& records, const std::vector<Record>& own) {
+    const Draft draft(records);
+    QuotedReport quoted{.name = name, .sentence = sentence_of(draft)};
+    const auto name_of_run = [](const Record& record) {
+        const Method method = method_of(record.spec);
+        return method.mode + " " + method.label() + " on " + record.spec.scene + " " + record.spec.scene_hash;
+    };
+    std::map<std::string, std::string> state_of;
+    for (const Record& record : records) state_of[name_of_run(record)] = record.state_hash;
+    for (const Record& record : own) {
+        const auto found = state_of.find(name_of_run(record));
+        if (found == state_of.end() || record.state_hash.empty()) continue;
+        quoted.repeated.push_back(method_of(record.spec).label() + " on " + record.spec.scene);
+        if (found->second != record.state_hash) quoted.different.push_back(quoted.repeated.back());
+    }
+    const std::vector<Table> tables = tables_of(draft);
+    if (tables.empty()) return quoted;
+    quoted.table = tables.front();
+    quoted.table.note +=
+        fmt::format("{}From the report {}: commit {}, {}, {} runs.", quoted.table.note.empty() ? "" : " ", code(name),
+                    code(common_fact(records, "commit").substr(0, 12)), common_fact(records, "cpu"), records.size());
+    if (!quoted.repeated.empty()) {
+        quoted.table.note += fmt::format(" This study repeats {} of them; {} end in the same state, bit by bit.",
+                                         quoted.repeated.size(), quoted.repeated.size() - quoted.different.size());
+    }
+    for (TableRow& row : quoted.table.rows) row.command = "trocar study " + common_fact(records, "study.file");
+    return quoted;
+}
+
 std::string terminal_text(const Draft& draft) {
     std::string text = draft.sentence.empty() ? std::string() : without_code(draft.sentence) + "\n";
-    for (const Table& table : tables_of(draft)) {
+    std::vector<Table> tables = tables_of(draft);
+    for (const QuotedReport& report : draft.quoted) {
+        if (!report.table.rows.empty()) tables.push_back(report.table);
+    }
+    for (const Table& table : tables) {
         text += "\n" + without_code(table.caption) + "\n" + plain_table(table);
     }
     return text;

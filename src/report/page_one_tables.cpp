@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
+#include "measure/statistics.hpp"
 #include "report/metric_table.hpp"
 #include "report/page_one.hpp"
 #include "report/verdict_order.hpp"
@@ -18,11 +20,74 @@ std::string count_failed(int failed, int runs, int not_run) {
     return text;
 }
 
-/// What is next to nothing is reported as such, without an exponent.
-std::string jump_text(const ResultSet& results) {
-    constexpr double next_to_nothing = 1.0e-4;
-    const double jump = results.largest(Metric::force_jump_max_n);
-    return jump > 0.0 && jump < next_to_nothing ? std::string("< 0.0001") : scaled(jump);
+/// One value per scene, infinite where a run failed: a method that fails is worse than every other there.
+template <typename Value>
+std::vector<double> failed_last(const ResultSet& results, const Value& value) {
+    std::vector<double> values;
+    values.reserve(results.count());
+    for (const SceneResult* result : results.results) {
+        values.push_back(result->ok() ? value(*result) : std::numeric_limits<double>::infinity());
+    }
+    return values;
+}
+
+std::vector<double> failed_last(const ResultSet& results, Metric metric) {
+    return failed_last(results, [metric](const SceneResult& result) { return result.first(metric); });
+}
+
+/// "0.350 [0.200–0.500]": median over the scenes of the largest residual penetration, in mm, with its rank interval.
+std::string median_depth_text(const ResultSet& results) {
+    const std::vector<double> depths = failed_last(results, Metric::residual_penetration_max_m);
+    const Bounds bounds = rank_interval_of_median(depths);
+    const std::string value = scaled(median(depths), mm);
+    return std::isnan(bounds.low) ? value
+                                  : fmt::format("{} [{}–{}]", value, scaled(bounds.low, mm), scaled(bounds.high, mm));
+}
+
+/// "7.49, 1 tear": the largest residual penetration in mm, and ruptures.
+std::string worst_depth_text(const ResultSet& results) {
+    const double tears = results.ok().sum(Metric::ruptures);
+    return scaled(known_largest(failed_last(results, Metric::residual_penetration_max_m)), mm) +
+           (tears > 0.0 ? fmt::format(", {:.0f} tear{}", tears, tears == 1.0 ? "" : "s") : "");
+}
+
+std::string untouched_text(const ResultSet& results) {
+    return scaled(known_largest(failed_last(results, Metric::force_without_touch_m)), mm);
+}
+
+/// "3 of 5; 12 %": scenes on which the force error is within the bound of the reference with hard contact, of those
+/// that have one; on the others the median error in percent of the reference's largest force.
+std::string within_bound_text(const ResultSet& results) {
+    int with_reference = 0;
+    int within = 0;
+    std::vector<double> shares;
+    for (const SceneResult* result : results.results) {
+        const double error = result->ok() ? result->first(Metric::force_error_rms_hard) : not_known;
+        if (std::isnan(error)) continue;
+        ++with_reference;
+        if (error <= result->first(Metric::force_bound_hard)) {
+            ++within;
+        } else {
+            shares.push_back(100.0 * error / result->first(Metric::reference_force_max_hard));
+        }
+    }
+    if (with_reference == 0) return unknown_text;
+    const double share = median(shares);
+    return of_text(within, with_reference) + (std::isnan(share) ? "" : "; " + scaled(share) + " %");
+}
+
+/// The largest over the scenes of a run's largest force step over that of the reference with hard contact.
+std::string step_ratio_text(const ResultSet& results) {
+    return scaled(known_largest(failed_last(results, [](const SceneResult& result) {
+        return result.first(Metric::force_jump_max_n) / result.first(Metric::reference_force_step_hard);
+    })));
+}
+
+/// "0.310": p99 of the slowest scene, in ms.
+std::string slowest_text(const ResultSet& results) {
+    return scaled(known_largest(failed_last(
+                      results, [](const SceneResult& result) { return result.of(Metric::total_p99_ns).value; })),
+                  ms);
 }
 
 /// The detector of most rows; the caption names it once.
@@ -232,18 +297,21 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
     table.caption = fmt::format("Responses, {}, with {}", judged_text(draft, tissue), code(detector));
     table.columns = {{.header = "response", .wide = true}};
     const std::vector<MetricColumn> columns{
-        value_column("residual penetration, median (mm)", Metric::residual_penetration_median_m, mm, Over::median),
-        value_column("residual penetration, max (mm)", Metric::residual_penetration_max_m, mm),
-        count_column("tears", Metric::ruptures, Processes::first, Over::sum),
-        value_column("force without touch (mm)", Metric::force_without_touch_m, mm),
-        value_column("force error median (N)", Metric::force_error_rms_hard, 1.0, Over::median),
-        {.header = "force jump worst (N)", .metric = Metric::force_jump_max_n, .text = jump_text},
-        {.header = "tick p99 (ms)", .metric = Metric::total_p99_ns, .processes = Processes::median, .scale = ms}};
+        {.header = "residual penetration, median [95 %] (mm)",
+         .metric = Metric::residual_penetration_max_m,
+         .text = median_depth_text},
+        {.header = "worst (mm)", .metric = Metric::residual_penetration_max_m, .text = worst_depth_text},
+        {.header = "force without touch (mm)", .metric = Metric::force_without_touch_m, .text = untouched_text},
+        {.header = "force within bound of N; else error (% of peak)",
+         .metric = Metric::force_error_rms_hard,
+         .text = within_bound_text},
+        {.header = "force step / reference's", .metric = Metric::force_jump_max_n, .text = step_ratio_text},
+        {.header = "tick p99 (ms)", .metric = Metric::total_p99_ns, .text = slowest_text}};
     std::vector<MetricRow> lines;
     for (const std::size_t i : shown) {
         const ResponseRow& row = rows[i];
         lines.push_back({.names = {name_of_row(row, detector)},
-                         .results = row.ok,
+                         .results = row.planned,
                          .style = row.failed_runs > 0 ? TableRow::Style::failed
                                   : row.ours          ? TableRow::Style::own
                                                       : TableRow::Style::normal,
@@ -258,9 +326,12 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
     const std::int64_t stride = draft.widest_stride("closed_loop");
     table.note =
         std::string(response_order_text) +
-        " A failed row is of the scenes that it finished. Force errors are against hard contact, median over scenes; "
-        "p99 is of the slowest scene. Force without touch: the largest clearance in a tick with contact force; n/a "
-        "where a method's forces are not known by pair. " +
+        " Residual penetration: the largest of each scene, then median over the scenes with the interval of its ranks, "
+        "and worst; a failed run is infinite. Force: scenes within the bound of the reference with hard contact, of "
+        "those "
+        "that have one; on the others the median error. Force step: the largest over that of the reference. p99 is of "
+        "the slowest scene. Force without touch: the largest clearance in a tick with contact force; n/a where a "
+        "method's forces are not known by pair. " +
         (stride > 1 ? fmt::format("Depths were judged on every {}th tick only.", stride)
                     : std::string("Depths are of every tick.")) +
         others_text(rows, shown, detector) + replayed_only(draft);

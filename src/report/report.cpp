@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <istream>
 #include <memory>
+#include <sstream>
 #include <variant>
 
 #include "geometry/gzip.hpp"
@@ -23,8 +24,12 @@
 namespace trocar {
 namespace {
 
-Report compose(const std::vector<Record>& records, const std::string& worst_tick, const std::string& assets) {
+Report compose(const std::vector<Record>& records, const std::string& worst_tick, const std::string& assets,
+               const QuotedRecords& quoted) {
     Draft draft(records);
+    for (const auto& [name, of_report] : quoted) {
+        draft.quoted.push_back(of_report.empty() ? QuotedReport{.name = name} : quote_of(name, of_report, records));
+    }
     const Verdict overall = make_verdict(draft.results, draft.reference, draft.mode, draft.results.scenes(draft.mode));
     add_page_one(draft, worst_tick);
     const bool has_verdict = !overall.rows.empty();
@@ -56,7 +61,6 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     add_failures(draft);
     add_table_2_1(draft);
     add_table_3_1(draft);
-    add_work_profile(draft);
     add_glossary(draft);
     add_rebuild(draft);
     add_commands(draft);
@@ -81,10 +85,23 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     return report;
 }
 
+/// The records of the reports that a study quotes, in its order; none of a report that is in no place.
+QuotedRecords quoted_records(const std::vector<Record>& records, const std::vector<std::filesystem::path>& places) {
+    QuotedRecords quoted;
+    std::istringstream names(common_fact(records, "study.quoted_reports"));
+    for (std::string name; std::getline(names, name, ',');) {
+        const auto place = std::find_if(places.begin(), places.end(), [&name](const std::filesystem::path& folder) {
+            return std::filesystem::is_regular_file(records_file(folder / name));
+        });
+        quoted.emplace_back(name, place == places.end() ? std::vector<Record>() : read_records(*place / name));
+    }
+    return quoted;
+}
+
 }  // namespace
 
 Report make_report(const std::vector<Record>& records, const std::string& worst_tick,
-                   const std::set<std::string>& pages, const std::string& assets) {
+                   const std::set<std::string>& pages, const std::string& assets, const QuotedRecords& quoted) {
     if (records.empty()) {
         const Document document{.title = "trocar study",
                                 .blocks = {Paragraph{"There are no records.", Paragraph::Style::normal}}};
@@ -92,7 +109,7 @@ Report make_report(const std::vector<Record>& records, const std::string& worst_
                 .page_one = "There are no records.\n",
                 .document = document};
     }
-    Report report = compose(records, worst_tick, assets);
+    Report report = compose(records, worst_tick, assets, quoted);
     if (!pages.empty() && assets == own_assets) {
         report.files[fmt::format("{}/{}", own_assets, web::viewer_name)] = web::viewer_script();
     }
@@ -119,16 +136,18 @@ std::vector<Record> read_records(const std::filesystem::path& input) {
     return records;
 }
 
-Report write_report(const std::filesystem::path& directory) {
+Report write_report(const std::filesystem::path& directory, const std::vector<std::filesystem::path>& published) {
     if (!std::filesystem::is_directory(directory)) {
         throw InputError(directory.string(), "", "a folder that holds the records of a study", "no such folder");
     }
     const std::filesystem::path seen = directory / worst_tick_file;
     const std::string assets = assets_of(directory);
+    const std::vector<Record> records = read_records(directory);
+    std::vector<std::filesystem::path> places{directory / ".."};
+    places.insert(places.end(), published.begin(), published.end());
     Report report = make_report(
-        read_records(directory),
-        std::filesystem::exists(seen) ? read_whole(seen, "what a study saw at its worst tick") : std::string(),
-        pages_there(directory), assets);
+        records, std::filesystem::exists(seen) ? read_whole(seen, "what a study saw at its worst tick") : std::string(),
+        pages_there(directory), assets, quoted_records(records, places));
     write_report_files(directory, report.files);
     link_viewer(directory, assets);
     return report;

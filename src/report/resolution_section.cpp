@@ -7,6 +7,7 @@
 
 #include "measure/statistics.hpp"
 #include "report/metric_table.hpp"
+#include "report/page_one.hpp"
 #include "report/proportions.hpp"
 
 namespace trocar {
@@ -55,24 +56,23 @@ std::string counts_of(const ResultSet& results, const Group* group) {
     return all == 0 ? unknown_text : std::to_string(resolved) + " / " + of_text(cleared, all);
 }
 
-/// Values over all scenes, where a run without one is worse than every other.
+/// Values over all scenes, where a run without one is worse than every other. Without tissue there is no energy.
 std::vector<double> worst_first(const ResultSet& results, Metric metric) {
     std::vector<double> values;
     values.reserve(results.count());
     for (const SceneResult* result : results.results) {
+        if (metric == Metric::resolution_excess_energy && !meets_tissue(result->record().spec.pair_class)) continue;
         const double value = result->ok() ? result->first(metric) : not_known;
         values.push_back(std::isnan(value) ? std::numeric_limits<double>::infinity() : value);
     }
     return values;
 }
 
-std::string bounded(double value) { return std::isinf(value) ? "∞" : scaled(value); }
-
 /// "12 [180]": median, and the value that 90 % do not exceed.
 MetricColumn spread_column(const std::string& header, Metric metric, double scale = 1.0) {
     return {.header = header, .metric = metric, .text = [metric, scale](const ResultSet& results) {
                 const std::vector<double> values = worst_first(results, metric);
-                return bounded(scale * median(values)) + " [" + bounded(scale * quantile(values, 0.9)) + "]";
+                return scaled(median(values), scale) + " [" + scaled(quantile(values, 0.9), scale) + "]";
             }};
 }
 
@@ -143,6 +143,16 @@ Table rows_table(const std::string& caption, const std::vector<ResolvedRow>& row
     return table_of({.caption = caption, .columns = {{.header = "response", .wide = true}}}, columns, lines);
 }
 
+/// The best row of every response: the first of each in the order of the rows.
+std::vector<ResolvedRow> best_rows(const std::vector<ResolvedRow>& rows) {
+    std::vector<ResolvedRow> best;
+    std::set<std::string> seen;
+    for (const ResolvedRow& row : rows) {
+        if (seen.insert(method_name(row.method.response)).second) best.push_back(row);
+    }
+    return best;
+}
+
 /// "41 of 118 [26 to 44 %]", Wilson's interval.
 std::string share_of(const ResultSet& results) {
     const int resolved = resolved_of(results);
@@ -173,7 +183,9 @@ std::string against_first(const ResultSet& first, const ResultSet& row) {
 
 }  // namespace
 
-Table resolution_table(const Draft& draft) {
+namespace {
+
+std::vector<MetricColumn> group_columns(const Draft& draft) {
     std::vector<MetricColumn> columns;
     const std::vector<std::string> scenes = draft.results.scenes(kind);
     for (const Group& group : groups()) {
@@ -191,8 +203,40 @@ Table resolution_table(const Draft& draft) {
     columns.push_back(spread_column("ticks to resolve", Metric::resolution_ticks));
     columns.push_back(spread_column("kick", Metric::resolution_kick));
     columns.push_back(spread_column("excess energy", Metric::resolution_excess_energy));
-    Table table =
-        rows_table("Interpenetration resolution: resolved / cleared of N scenes", resolved_rows(draft), columns);
+    return columns;
+}
+
+constexpr const char* counts_caption = "Interpenetration resolution: resolved / cleared of N scenes";
+
+}  // namespace
+
+Table resolution_page(const Draft& draft) {
+    const std::vector<ResolvedRow> rows = resolved_rows(draft);
+    std::vector<ResolvedRow> best = best_rows(rows);
+    if (best.size() > page_one_rows) best.resize(page_one_rows);
+    Table table = rows_table(counts_caption, best, group_columns(draft));
+    table.note =
+        "The best row of every response; median [90 %] over the scenes, ∞: not resolved or failed. Order: "
+        "resolved, then ticks.";
+    return table;
+}
+
+std::string resolution_sentence(const Draft& draft) {
+    const std::vector<ResolvedRow> rows = resolved_rows(draft);
+    if (rows.empty()) return {};
+    const std::string ours = method_name(draft.results.fact(rows.front().method, "study.ours"));
+    std::vector<std::string> parts;
+    for (const ResolvedRow& row : best_rows(rows)) {
+        const std::string name = method_name(row.method.response);
+        if (!parts.empty() && name != ours && name != "thesis") continue;
+        parts.push_back(code(row.method.response) + (parts.empty() ? " resolves " : " ") +
+                        std::to_string(row.resolved));
+    }
+    return "Of " + std::to_string(rows.front().results.count()) + " interpenetrations " + joined(parts) + ".";
+}
+
+Table resolution_table(const Draft& draft) {
+    Table table = rows_table(counts_caption, resolved_rows(draft), group_columns(draft));
     table.note =
         "Contact is off for an interval in which bodies pass into each other. Resolved: within 200 ms the state is as "
         "that of the same scene with contact at every tick, and stays so. Cleared: besides, never deeper than 0.02 "

@@ -17,6 +17,16 @@ namespace trocar {
 /// Common value of a fact over all records, or all values when they differ.
 std::string common_fact(const std::vector<Record>& records, const std::string& key, bool* mixed = nullptr);
 
+/// Part of another published report that page 1 repeats.
+struct QuotedReport {
+    std::string name;           ///< of its folder
+    std::string sentence = {};  ///< empty: it has none
+    Table table = {};           ///< its first one; no rows: the report was not found, or has none
+    /// Its runs that this study repeats, by name; of these, the ones that end in another state.
+    std::vector<std::string> repeated = {};
+    std::vector<std::string> different = {};
+};
+
 /// Report under construction.
 struct Draft {
     /// Precondition: at least one record. The records outlive the draft.
@@ -29,6 +39,7 @@ struct Draft {
     std::string study;
     std::string mode;      ///< mode of the verdict: closed_loop if present, else replay
     std::string sentence;  ///< summary sentence, set by add_page_one
+    std::vector<QuotedReport> quoted = {};
 
     void heading(int level, const std::string& text);
     void paragraph(const std::string& text, Paragraph::Style style = Paragraph::Style::normal);
@@ -60,6 +71,9 @@ struct Draft {
 // page_one_section.cpp
 /// `worst_tick`: content of worst_tick.json, which only a study can write; empty: there is none.
 void add_page_one(Draft& draft, const std::string& worst_tick);
+/// The sentence and first table of that report's page 1, with their origin. `own`: the records of the study that
+/// quotes.
+QuotedReport quote_of(const std::string& name, const std::vector<Record>& records, const std::vector<Record>& own);
 /// The sentence and the tables of page 1 as plain text for a terminal.
 std::string terminal_text(const Draft& draft);
 
@@ -67,6 +81,10 @@ std::string terminal_text(const Draft& draft);
 /// Every method with all columns, over all scenes and per class.
 void add_all_methods(Draft& draft, const Verdict& overall);
 void add_verdict_by_class(Draft& draft);
+
+// targets_section.cpp
+/// A chart: the share of targets that the rows of page 1 meet over the time of a tick.
+void add_targets_over_time(Draft& draft, const Verdict& overall);
 
 // commands.cpp
 /// Attaches to every row of one method, or of one method on one scene, the command that repeats it.
@@ -99,7 +117,6 @@ void add_outcome(Draft& draft);
 // time_section.cpp
 void add_latency(Draft& draft);
 void add_stages(Draft& draft);
-void add_work_profile(Draft& draft);
 
 // robustness_section.cpp
 void add_rank_robustness(Draft& draft);
@@ -147,8 +164,12 @@ Table against_table(const Draft& draft);
 // resolution_section.cpp
 /// How responses resolve what an interval without contact has left: by group of scenes, causes, by scene.
 void add_resolution(Draft& draft);
-/// Its table over the scenes, for page 1.
+/// Its table over the scenes.
 Table resolution_table(const Draft& draft);
+/// Its subset on page 1: the best row of every response.
+Table resolution_page(const Draft& draft);
+/// Empty without such a part.
+std::string resolution_sentence(const Draft& draft);
 
 // table_3_1_section.cpp
 /// Table 3.1 of the thesis, with numbers of detectors on generated scenes.

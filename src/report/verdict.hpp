@@ -1,4 +1,4 @@
-// Speed and error of every method over a set of scenes, as one table and one chart, computed from records. Page 1
+// Speed and error of every method over a set of scenes, as one table, computed from records. Page 1
 // (page_one.hpp) shows a subset.
 #pragma once
 
@@ -71,7 +71,5 @@ Table partial_table(const Verdict& verdict, const std::string& caption, double n
 std::string cut_text(const ResultSet& results);
 /// "1 of 12": contacts between frames that were never reported.
 std::string between_text(const ResultSet& results);
-/// Has no series when no row has both time and error.
-ScatterChart verdict_chart(const Verdict& verdict);
 
 }  // namespace trocar

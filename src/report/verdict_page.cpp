@@ -1,4 +1,4 @@
-// What is printed of a verdict: its tables and its chart.
+// What is printed of a verdict: its tables.
 #include "report/verdict.hpp"
 
 #include <fmt/format.h>
@@ -156,71 +156,6 @@ Table partial_table(const Verdict& verdict, const std::string& caption, double n
     Table table = table_of(verdict.partial, verdict.mode == "closed_loop", caption, noise_floor, true);
     table.folded = true;
     return table;
-}
-
-ScatterChart verdict_chart(const Verdict& verdict) {
-    const bool depth = verdict.error_is_depth();
-    const bool p99 = std::all_of(verdict.rows.begin(), verdict.rows.end(), [](const VerdictRow& row) {
-        return std::isnan(row.p50.value) || !std::isnan(row.p99.value);
-    });
-    std::map<Method, ChartSeries> series;  // by method without its settings, but for those of the response
-    std::map<std::string, int> colours;
-    std::map<std::string, int> shapes;
-    // Those of `ours` first, so that the first colours are the same in every study.
-    int next = 0;
-    for (const bool ours : {true, false}) {
-        for (const VerdictRow& row : verdict.rows) {
-            if (row.ours != ours) continue;
-            if (colours.emplace(method_name(row.method.detector), next).second) ++next;
-            shapes.emplace(row.method.response, 0);
-        }
-    }
-    next = 0;
-    for (auto& [name, shape] : shapes) shape = next++;
-
-    ScatterChart chart;
-    std::vector<std::pair<double, double>> all;
-    const std::vector<int> numbers = numbers_of(verdict.rows);
-    std::size_t next_row = 0;
-    for (const VerdictRow& row : verdict.rows) {
-        const int number = numbers[next_row++];
-        const double error = error_of(row, depth);
-        const double time = (p99 ? row.p99.value : row.p50.value) * us;
-        if (std::isnan(error) || std::isnan(time)) continue;
-        Method key = row.method;
-        key.detector = method_name(key.detector);
-        key.stepper = method_name(key.stepper);
-        ChartSeries& one = series[key];
-        one.style = {
-            .colour = colours.at(key.detector), .shape = shapes.at(key.response), .hollow = key.contacts == "native"};
-        one.name = key.detector + (key.response.empty() ? "" : " + " + key.response) +
-                   (key.contacts == "native" ? " (native)" : "") + by_stepper(key.stepper);
-        const double y = depth ? error * mm : error;
-        one.points.push_back({.x = time,
-                              .y = y,
-                              .name = fmt::format("{}. {}: {} µs, {} {}", number, row.method.label(),
-                                                  format_number(time), format_number(y), depth ? "mm" : "wrong"),
-                              .label = std::to_string(number)});
-        all.emplace_back(time, y);
-    }
-    for (auto& [key, one] : series) {
-        std::sort(one.points.begin(), one.points.end(),
-                  [](const ChartPoint& a, const ChartPoint& b) { return std::pair(a.x, a.y) < std::pair(b.x, b.y); });
-        one.connected = one.points.size() > 1;
-        chart.series.push_back(one);
-    }
-    std::sort(all.begin(), all.end());
-    for (const auto& point : all) {
-        if (chart.front.empty() || point.second < chart.front.back().second) chart.front.push_back(point);
-    }
-    chart.x_title = fmt::format("{} time per tick (µs, {})", p99 ? "p99" : "median",
-                                verdict.scenes.size() == 1 ? verdict.scenes.front() : "geometric mean over scenes");
-    chart.y_title = depth                            ? "error over scenes (mm)"
-                    : searches_between(verdict.rows) ? "false negatives + false positives + contacts never reported"
-                                                     : "false negatives + false positives";
-    chart.x_limit = 1000.0;
-    chart.x_limit_name = "1 ms";
-    return chart;
 }
 
 }  // namespace trocar

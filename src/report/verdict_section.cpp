@@ -96,11 +96,7 @@ void add_all_methods(Draft& draft, const Verdict& overall) {
                             "Methods that were run on some of the scenes only: no row of these compares "
                             "with one of other scenes",
                             draft.results.noise_floor()));
-    draft.figure(
-        "speed_error", verdict_chart(overall),
-        "Speed against error over all scenes; numbers are the rows of the table. Colour: detector; shape: "
-        "response; hollow: native contacts. Lines join settings of one method. An error of exactly 0 stands on "
-        "its own band, since a logarithmic axis has no place for it.");
+    add_targets_over_time(draft, overall);
 }
 
 void add_verdict_by_class(Draft& draft) {

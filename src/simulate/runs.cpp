@@ -206,6 +206,8 @@ void add_errors(const ReferenceErrors& errors, Summary& summary) {
         put("position_error_worst", law->position_worst);
         put("force_bound", law->force_bound);
     }
+    summary[Metric::reference_force_max_hard] = errors.hard.reference_max;
+    summary[Metric::reference_force_step_hard] = errors.hard.reference_step;
     summary[Metric::reference_clears_hard] = errors.hard_clears;
 }
 

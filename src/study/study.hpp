@@ -98,7 +98,8 @@ struct Study {
     std::string device;          ///< of every closed loop, as RunSpec::device
     std::string reference;       ///< detector in the denominator of time ratios; empty: no ratios
     std::string ours;            ///< response that page one compares with all others; empty: this project's methods
-    std::string quotes;          ///< finding of another published report, with its source, printed on page one
+    std::string quotes;          ///< findings of other published reports, with their sources, printed on page one
+    std::vector<std::string> quoted_reports;  ///< reports whose sentence and first table stand on page one
     std::vector<Experiment> experiments;
 };
 

@@ -163,6 +163,8 @@ std::map<std::string, std::string> method_facts(const Study& study, const Planne
     facts["study.reference"] = study.reference;
     if (!study.ours.empty()) facts["study.ours"] = study.ours;
     if (!study.quotes.empty()) facts["study.quotes"] = study.quotes;
+    if (!study.quoted_reports.empty())
+        facts["study.quoted_reports"] = fmt::format("{}", fmt::join(study.quoted_reports, ","));
     facts["study.time_limit_s"] = fmt::format("{}", study.time_limit_s);
     const Registry& all = registry();
     for (const AbsentMethod& method : all.absent_detectors()) facts["absent.detector." + method.name] = method.reason;

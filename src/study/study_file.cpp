@@ -237,6 +237,27 @@ bool names(const std::vector<Level>& levels, const std::string& text) {
     return std::any_of(levels.begin(), levels.end(), [&text](const Level& one) { return one.text == text; });
 }
 
+/// A text that names a folder.
+std::string folder_name(const JsonNode& node) {
+    std::string name = node.text();
+    if (name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") !=
+        std::string::npos) {
+        node.fail("a name of letters, digits, _ and - (it names a folder)");
+    }
+    return name;
+}
+
+void read_quotes(const JsonNode& list, Study& study) {
+    for (const JsonNode& item : items_of(list)) {
+        if (item.is_text()) {
+            study.quotes += (study.quotes.empty() ? "" : " ") + item.text();
+            continue;
+        }
+        expect_object(item, {"report"}, {"report"});
+        study.quoted_reports.push_back(folder_name(item.at("report")));
+    }
+}
+
 }  // namespace
 
 Study read_study(const std::filesystem::path& file, const std::vector<std::string>& with,
@@ -253,15 +274,11 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
 
     Study study;
     study.file = file;
-    study.name = root.at("name").text();
-    if (study.name.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-") !=
-        std::string::npos) {
-        root.at("name").fail("a name of letters, digits, _ and - (it names a folder)");
-    }
+    study.name = folder_name(root.at("name"));
     if (root.has("seed")) study.seed = root.at("seed").unsigned_integer();
     const std::int64_t repetitions = root.has("repetitions") ? count_of(root.at("repetitions")) : 1;
     if (root.has("time_limit_s")) study.time_limit_s = root.at("time_limit_s").positive();
-    if (root.has("quotes")) study.quotes = root.at("quotes").text();
+    if (root.has("quotes")) read_quotes(root.at("quotes"), study);
     study.device = root.has("device") ? read_device_of(root.at("device")) : text_of(TipSettings{});
 
     for (const JsonNode& item : items_of(root.at("experiments"))) {

@@ -29,7 +29,13 @@ std::string study_schema() {
            "ramp": {"type": "number", "minimum": 0, "maximum": 10, "default": 0, "description": "Time in which the force rises after contact begins, s; 0: off"}}}]},
     "reference": {"$ref": "#/$defs/method", "description": "Detector that ratios of times are taken to"},
     "ours": {"$ref": "#/$defs/method", "description": "Response that page one sets against the best of the others; absent: methods written by us against foreign ones"},
-    "quotes": {"type": "string", "minLength": 1, "description": "A finding of another published report, with its name: page one repeats it"},
+    "quotes": {
+      "type": "array", "minItems": 1,
+      "description": "Findings of other published reports on page one: a text with its source, or a report whose sentence and first table stand there",
+      "items": {"oneOf": [
+        {"type": "string", "minLength": 1},
+        {"type": "object", "additionalProperties": false, "required": ["report"],
+         "properties": {"report": {"type": "string", "minLength": 1, "description": "Name of its folder, beside that of this report or among those that come with trocar"}}}]}},
     "experiments": {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/experiment"}}
   },
   "$defs": {

@@ -21,11 +21,11 @@ namespace trocar {
 namespace {
 
 /// Headings of one text. `sections`: number ("9.2") or, where a heading has none, its title -> the text below it.
-struct Document {
+struct CitedText {
     std::map<std::string, std::string> sections;
 };
 
-using Documents = std::map<std::string, Document>;  ///< by name without ".md"
+using Documents = std::map<std::string, CitedText>;  ///< by name without ".md"
 
 /// Sections of the thesis, from its table of contents.
 const std::set<std::string>& thesis_sections() {
@@ -37,9 +37,9 @@ const std::set<std::string>& thesis_sections() {
     return sections;
 }
 
-Document read_document(std::istream& stream) {
+CitedText read_document(std::istream& stream) {
     static const std::regex heading(R"re((#+) (?:(\d+(?:\.\d+)*)\.? )?(.*))re");
-    Document document;
+    CitedText document;
     std::vector<std::pair<std::size_t, std::string>> open;  // level and key of the headings that the line is below
     bool code = false;
     for (std::string line; std::getline(stream, line);) {

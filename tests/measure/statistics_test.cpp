@@ -2,11 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 #include <random>
 #include <stdexcept>
+
+#include "geometry/random.hpp"
 
 namespace trocar {
 namespace {
@@ -43,6 +46,40 @@ TEST(GeometricMean, KnownValues) {
     EXPECT_DOUBLE_EQ(geometric_mean({0.5, 2.0, nan}), 1.0);
     EXPECT_TRUE(std::isnan(geometric_mean({1.0, 0.0})));
     EXPECT_TRUE(std::isnan(geometric_mean({})));
+}
+
+TEST(RankInterval, HasTheRanksOfPublishedTables) {
+    const auto ranks = [](int count) {
+        std::vector<double> values(static_cast<std::size_t>(count));
+        std::iota(values.rbegin(), values.rend(), 1.0);
+        const Bounds bounds = rank_interval_of_median(values);
+        return std::pair(bounds.low, bounds.high);
+    };
+    // Conover, Practical Nonparametric Statistics, 3rd ed., table A3 (binomial, p = 1/2).
+    EXPECT_EQ(ranks(6), std::pair(1.0, 6.0));
+    EXPECT_EQ(ranks(8), std::pair(1.0, 8.0));
+    EXPECT_EQ(ranks(9), std::pair(2.0, 8.0));
+    EXPECT_EQ(ranks(10), std::pair(2.0, 9.0));
+    EXPECT_EQ(ranks(20), std::pair(6.0, 15.0));
+    EXPECT_EQ(ranks(60), std::pair(22.0, 39.0));
+    EXPECT_TRUE(std::isnan(ranks(5).first));
+}
+
+TEST(RankInterval, HoldsTheMedianInNinetyFiveOfAHundredDrawsAndNoNarrowerOneDoes) {
+    Random random(7);
+    int held = 0;
+    int held_narrower = 0;
+    constexpr int draws = 4000;
+    for (int i = 0; i < draws; ++i) {
+        std::vector<double> values(20);
+        for (double& value : values) value = random.signed_unit();
+        const Bounds bounds = rank_interval_of_median(values);
+        held += bounds.low <= 0.0 && 0.0 <= bounds.high ? 1 : 0;
+        std::sort(values.begin(), values.end());
+        held_narrower += values[6] <= 0.0 && 0.0 <= values[13] ? 1 : 0;
+    }
+    EXPECT_GE(held, 0.95 * draws);
+    EXPECT_LT(held_narrower, 0.95 * draws);
 }
 
 TEST(Bootstrap, IntervalOfTheMeanIsThatOfTheory) {

@@ -62,27 +62,6 @@ TEST(ScatterChart, NamesAreEscaped) {
     EXPECT_NE(draw(scatter).find("<title>a &lt; b &amp; c</title>"), std::string::npos);
 }
 
-TEST(DotChart, AllMarksOfACategoryStandAboveThoseOfTheNext) {
-    DotChart dots;
-    dots.x_title = "t";
-    dots.categories = {"upper", "lower"};
-    for (int count = 1; count <= 8; ++count) {
-        const std::string number = std::to_string(count);
-        dots.series.push_back({.name = "s" + number,
-                               .style = {},
-                               .dots = {DotChart::Dot{.value = 1.0, .name = "upper" + number},
-                                        DotChart::Dot{.value = 10.0, .name = "lower" + number}}});
-        const std::string svg = draw(dots);
-        EXPECT_LT(attribute(svg, "circle", "upper" + number, "cy"), attribute(svg, "circle", "lower1", "cy")) << count;
-    }
-}
-
-TEST(BarChart, LengthsAreProportional) {
-    const std::string svg = draw(
-        BarChart{.x_title = "t", .parts = {"p"}, .bars = {{.name = "x", .parts = {10}}, {.name = "y", .parts = {30}}}});
-    EXPECT_NEAR(attribute(svg, "rect", "y", "width"), 3 * attribute(svg, "rect", "x", "width"), 0.3);
-}
-
 TEST(Charts, OfNumbersBeyondAllMeasureEndAndHaveAPlaceForEachMark) {
     const std::vector<double> extremes{0.0, 5e-324, 1e-310, 1.0, 1e17, 1e308, std::numeric_limits<double>::infinity()};
     for (const double low : extremes) {
@@ -90,12 +69,11 @@ TEST(Charts, OfNumbersBeyondAllMeasureEndAndHaveAPlaceForEachMark) {
             ScatterChart scatter = chart();
             scatter.series.front().points = {{.x = low, .y = high, .name = "one", .label = "1"},
                                              {.x = high, .y = low, .name = "other", .label = "2"}};
-            BarChart bars{.x_title = "sum", .parts = {"a", "b"}, .bars = {{.name = "bar", .parts = {low, high}}}};
             LineChart lines;
             lines.lines.push_back({.name = "line", .points = {{low, high}, {high, low}}});
             LineChart log_lines = lines;
             log_lines.log_x = true;
-            for (const std::string& svg : {draw(scatter), draw(bars), draw(lines), draw(log_lines)}) {
+            for (const std::string& svg : {draw(scatter), draw(lines), draw(log_lines)}) {
                 const std::regex no_place(R"re([ a-z0-9]+="[^"]*\b(nan|inf)\b[^"]*")re");
                 EXPECT_FALSE(std::regex_search(svg, no_place)) << low << " and " << high << ": " << svg;
                 EXPECT_LT(svg.size(), 200000U);
@@ -131,29 +109,23 @@ std::vector<PlacedWord> placed_words(const std::string& svg) {
     return words;
 }
 
-/// One drawing of every kind, with as many series, categories or lines.
+/// One drawing of every kind, with as many series or lines.
 std::vector<std::string> drawings(int count) {
     ScatterChart scatter;
-    DotChart dots;
-    BarChart bars;
     LineChart lines;
-    for (std::string* title : {&scatter.x_title, &dots.x_title, &bars.x_title, &lines.x_title}) *title = "the quantity";
-    dots.categories = {"a"};
-    bars.parts = {"p"};
+    for (std::string* title : {&scatter.x_title, &lines.x_title}) *title = "the quantity";
     for (int i = 1; i <= count; ++i) {
         const std::string name = "s" + std::to_string(i);
         const double value = i;
         const ChartPoint point{.x = value, .y = 2.0, .name = "", .label = ""};
         scatter.series.push_back({.name = name, .style = {}, .points = {point}});
-        dots.series.push_back({.name = name, .style = {}, .dots = {DotChart::Dot{.value = value, .name = ""}}});
-        bars.bars.push_back({.name = name, .parts = {value}});
         lines.lines.push_back({.name = name, .points = {{1.0, value}, {2.0, 0.0}}});
     }
     LineChart log_lines = lines;
     log_lines.log_x = true;
     LineChart small_lines = lines;
     small_lines.small = true;
-    return {draw(scatter), draw(dots), draw(bars), draw(lines), draw(log_lines), draw(small_lines)};
+    return {draw(scatter), draw(lines), draw(log_lines), draw(small_lines)};
 }
 
 TEST(Charts, EveryMarkStandsBetweenTheFirstAndTheLastLineOfBothAxes) {

@@ -12,7 +12,7 @@ namespace {
 TEST(FormatNumber, KeepsThreeDigitsAndDistinguishesZeroFromUnknown) {
     EXPECT_EQ(format_number(0.0), "0");
     EXPECT_EQ(format_number(std::numeric_limits<double>::quiet_NaN()), "n/a");
-    EXPECT_EQ(format_number(std::numeric_limits<double>::infinity()), "inf");
+    EXPECT_EQ(format_number(std::numeric_limits<double>::infinity()), "∞");
     EXPECT_EQ(format_number(1.23456), "1.23");
     EXPECT_EQ(format_number(-12.3456), "-12.3");
     EXPECT_EQ(format_number(123456.7), "123457");

@@ -7,6 +7,7 @@
 
 #include "geometry/input_error.hpp"
 #include "report/worst_tick.hpp"
+#include "support/program.hpp"
 #include "support/text.hpp"
 #include "synthetic.hpp"
 
@@ -68,6 +69,11 @@ TEST(PageOne, RowsOfTheSameBitsStandOnceAndFailedOnesLast) {
 
 TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
     std::vector<Record> records = four_responses();
+    for (const std::size_t i : {0U, 1U}) {
+        records[i].summary[Metric::force_bound_hard] = 0.2;
+        records[i].summary[Metric::reference_force_max_hard] = 2.0;
+        records[i].summary[Metric::reference_force_step_hard] = i == 0 ? 4.0 : 8.0;
+    }
     records[0].summary[Metric::force_error_rms_hard] = 0.1;
     records[1].summary[Metric::force_error_rms_hard] = 0.3;
     records[0].summary[Metric::force_without_touch_m] = 2e-5;
@@ -76,9 +82,13 @@ TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
     records[1].summary[Metric::ruptures] = 2;
     const Draft draft(records);
     const Table table = responses_table(draft, response_rows(draft));
-    EXPECT_EQ(table.rows.at(0).cells, (std::vector<std::string>{"`unilateral` (intersection)", "0.350", "0.500", "2",
-                                                                "0.0300", "0.200", "2.00", "0.300", "0 of 2"}));
-    EXPECT_EQ(table.rows.at(2).cells.back(), "1 of 2");
+    // Depths 0.2 and 0.5 mm; steps 2 N over 4 N and over 8 N; an error of 0.3 N of 2 N.
+    EXPECT_EQ(table.rows.at(0).cells,
+              (std::vector<std::string>{"`unilateral` (intersection)", "0.350", "0.500, 2 tears", "0.0300",
+                                        "1 of 2; 15.0 %", "0.500", "0.300", "0 of 2"}));
+    EXPECT_EQ(table.rows.at(2).cells,
+              (std::vector<std::string>{"`loser` (intersection)", "∞", "∞", "∞", "n/a", "∞", "∞", "1 of 2"}))
+        << "a failed run is infinite, in a median of two as well";
     EXPECT_EQ(table.rows.at(0).command,
               "for scene in a.json b.json; do trocar run $scene --detector mine --response unilateral --contacts "
               "intersection --ticks 1110; done");
@@ -166,6 +176,87 @@ TEST(PageOne, DetectorsAreReportedOnTheSameFrames) {
                                            "4 runs failed."),
         0U)
         << make_report(records).page_one;
+}
+
+TEST(PageOne, AMedianHasTheIntervalOfItsRanks) {
+    std::vector<Record> records;
+    for (int scene = 1; scene <= 6; ++scene) {
+        records.push_back(synthetic(
+            {.scene = "s" + std::to_string(scene), .residual_mm = 1.0 * scene, .state_hash = std::to_string(scene)}));
+    }
+    const Draft draft(records);
+    EXPECT_EQ(responses_table(draft, response_rows(draft)).rows.at(0).cells.at(1), "3.50 [1.00–6.00]");
+}
+
+TEST(PageOne, ADetectorsTargetsAreSharesOfWrongPairsAndAResponsesAreDepths) {
+    // 1110 ticks with 4 true pairs; one is missed in each by theirs: 25 % of the pairs are wrong.
+    const std::vector<Record> replays{
+        synthetic({.mode = "replay", .first_tick_us = 50}),
+        synthetic({.mode = "replay", .detector = "theirs", .first_tick_us = 100, .false_negatives = 1})};
+    const Draft replay(replays);
+    const LineChart pairs =
+        targets_over_time(replay, make_verdict(replay.results, "theirs", "replay", replay.results.scenes("replay")));
+    ASSERT_EQ(pairs.lines.size(), 2U);
+    EXPECT_EQ(pairs.lines[0].name, "mine");
+    EXPECT_EQ(pairs.lines[0].points[1].first, 50.0);
+    EXPECT_EQ(pairs.lines[0].points.back().second, 1.0) << "every limit is met";
+    EXPECT_NEAR(pairs.lines[1].points.back().second, 1.0 / 6.0, 1e-12) << "30 % alone is met";
+
+    const std::vector<Record> records = four_responses();
+    const Draft draft(records);
+    const LineChart depths = targets_over_time(draft, make_verdict(draft.results, "theirs", "closed_loop", {"a", "b"}));
+    ASSERT_EQ(depths.lines.size(), 3U);
+    // unilateral: 0.2 mm meets 3, 1 and 0.3 mm in 300 µs; 0.5 mm meets 3 and 1 mm in 250 µs. Of 2 scenes × 6 limits.
+    const auto& points = depths.lines[0].points;
+    ASSERT_EQ(points.size(), 7U);
+    EXPECT_EQ(points[1], (std::pair{250.0, 1.0 / 12.0}));
+    EXPECT_EQ(points[5], (std::pair{300.0, 5.0 / 12.0}));
+    EXPECT_EQ(points[6].second, 5.0 / 12.0);
+    // loser: 0.1 mm on a; what failed on b meets nothing.
+    EXPECT_NEAR(depths.lines[2].points.back().second, 4.0 / 12.0, 1e-12);
+}
+
+TEST(PageOne, RepeatsTheSentenceAndTheFirstTableOfReportsThatTheStudyQuotes) {
+    std::vector<Record> records = four_responses();
+    for (Record& record : records) record.environment["study.quoted_reports"] = "detectors,elsewhere";
+    const std::vector<Record> other{synthetic({.mode = "replay", .first_tick_us = 50})};
+    const Report report = make_report(records, {}, {}, own_assets, {{"detectors", other}, {"elsewhere", {}}});
+    const std::string& page = report.files.at("report.md");
+    test::expect_holds(
+        page, {"1 of 6 runs failed. Over 1 scene `mine` missed 0 and added 0 of 4440 pairs; 0 of 1 runs failed.",
+               "From the report `detectors`: commit `abc1234`, Paper CPU, 1 runs.",
+               "The report `elsewhere` is not at hand: `trocar study elsewhere --publish`"});
+    test::expect_holds(report.page_one, {"Detectors on the same frames, 1 scene"});
+}
+
+TEST(PageOne, HoldsRunsThatAQuotedReportHasTooAgainstTheirStates) {
+    std::vector<Record> records = four_responses();
+    for (Record& record : records) record.environment["study.quoted_reports"] = "other";
+    std::vector<Record> published{records[0], records[1], records[2]};
+    const auto page = [&] {
+        return make_report(records, {}, {}, own_assets, {{"other", published}}).files.at("report.md");
+    };
+    test::expect_holds(page(), {"This study repeats 3 of them; 3 end in the same state, bit by bit."});
+    EXPECT_EQ(page().find("Other states"), std::string::npos);
+    published[1].state_hash = "another";
+    test::expect_holds(page(), {"This study repeats 3 of them; 2 end in the same state, bit by bit.",
+                                "Other states than in the report `other`: `mine + unilateral (intersection) on b`."});
+}
+
+TEST(PageOne, TakesQuotedReportsFromBesideItsFolderFirst) {
+    const test::TemporaryFolder folder;
+    std::vector<Record> records = four_responses();
+    for (Record& record : records) record.environment["study.quoted_reports"] = "other";
+    test::store_records(folder.path() / "here/mine", records);
+    test::store_records(folder.path() / "published/other",
+                        {synthetic({.mode = "replay", .scene = "far", .first_tick_us = 50})});
+    const auto page = [&folder] {
+        return write_report(folder.path() / "here/mine", {folder.path() / "published"}).page_one;
+    };
+    test::expect_holds(page(), {"of 4440 pairs"});
+    test::store_records(folder.path() / "here/other",
+                        {synthetic({.mode = "replay", .first_tick_us = 50, .true_pairs = 7})});
+    test::expect_holds(page(), {"of 7770 pairs"});
 }
 
 TEST(PageOne, WhatFailedStandsOnARailOfItsOwn) {

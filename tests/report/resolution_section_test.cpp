@@ -86,6 +86,20 @@ TEST(ResolutionSection, OrdersByResolvedThenByTicks) {
     EXPECT_NE(table.rows[2].cells.front().find("pull"), std::string::npos);
 }
 
+TEST(ResolutionSection, PageOneHasTheBestRowOfEveryResponseAndSaysWhoResolvesHowMany) {
+    std::vector<Record> all = resolutions();
+    for (const char* scene : {"rest_a", "moving_a", "silent_a"}) {
+        all.push_back(resolution("push:k=2", scene, 3, false));
+        all.push_back(resolution("thesis", scene, -1, false, "too slow"));
+    }
+    for (Record& record : all) record.environment["study.ours"] = "jump";
+    const Draft draft(all);
+    const Table table = resolution_page(draft);
+    ASSERT_EQ(table.rows.size(), 4U);
+    EXPECT_NE(table.rows[0].cells.front().find("push:k=2"), std::string::npos);
+    EXPECT_EQ(resolution_sentence(draft), "Of 3 interpenetrations `push:k=2` resolves 3, `jump` 2, `thesis` 0.");
+}
+
 TEST(ResolutionSection, SaysWhyAndIsOnPageOne) {
     const Report report = make_report(resolutions());
     const std::string& html = report.files.at("report.html");

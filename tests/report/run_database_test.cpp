@@ -8,9 +8,9 @@
 #include <map>
 #include <optional>
 
-#include "report/csv_text.hpp"
 #include "report/run_table.hpp"
 #include "report/synthetic.hpp"
+#include "support/csv_text.hpp"
 #include "support/program.hpp"
 #include "support/text.hpp"
 

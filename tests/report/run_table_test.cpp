@@ -9,9 +9,9 @@
 #include <set>
 
 #include "measure/metrics.hpp"
-#include "report/csv_text.hpp"
 #include "report/report.hpp"
 #include "report/synthetic.hpp"
+#include "support/csv_text.hpp"
 #include "support/program.hpp"
 
 namespace trocar {

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "report/csv_text.hpp"
 #include "report/synthetic.hpp"
+#include "support/csv_text.hpp"
 #include "support/text.hpp"
 
 namespace trocar {
