@@ -220,6 +220,16 @@ int run_command(int argc, char** argv) {
     sub->add_option("--child-output", study_options.child_output)->group("");
     line.on(sub, study_options, study);
 
+    TuneOptions tune_options;
+    sub = line.add("tune", "Search the settings of responses: one objective, one budget and two starts for all",
+                   "trocar tune bench/studies/tune.json --output build/tune --jobs 2");
+    sub->add_option("file", tune_options.file, "Tune file (JSON)")->required();
+    sub->add_option("--output", tune_options.output, "Folder for the stages' records and tuned.json")->required();
+    sub->add_option("--jobs", tune_options.jobs, "So many runs side by side; nobody times them")
+        ->check(CLI::Range(1, 1024))
+        ->capture_default_str();
+    line.on(sub, tune_options, tune);
+
     ReportOptions report_options;
     sub =
         line.add("report", "Rebuild a report from its stored records, byte for byte", "trocar report reports/default");

@@ -8,6 +8,7 @@
 #include "app/commands.hpp"
 #include "app/progress.hpp"
 #include "app/shipped.hpp"
+#include "app/study_runs.hpp"
 #include "app/view_pages.hpp"
 #include "app/worst_tick.hpp"
 #include "geometry/input_error.hpp"
@@ -41,19 +42,6 @@ SceneFacts facts_of_input(const Study& study, const CommonOptions& common, const
     if (is_generated(spec)) return generated_facts(spec);
     if (is_mesh_case(spec)) return read_case_facts(folder, spec, common.data);
     return read_scene_facts(folder / spec.scene_file, common.data);
-}
-
-std::vector<PlannedRun> completed_plan(const Study& study, const CommonOptions& common) {
-    std::vector<PlannedRun> plan = make_plan(study);
-    std::map<std::string, SceneFacts> facts;
-    for (PlannedRun& run : plan) {
-        const std::string& file = run.spec.scene_file;
-        if (file.empty()) continue;
-        auto known = facts.find(file);
-        if (known == facts.end()) known = facts.emplace(file, facts_of_input(study, common, run.spec)).first;
-        complete_run(known->second, run);
-    }
-    return plan;
 }
 
 /// One run alone.
@@ -217,14 +205,24 @@ std::filesystem::path publish(const Study& study, const std::filesystem::path& d
 
 }  // namespace
 
-int study(const CommonOptions& common, const StudyOptions& options) {
-    const Study study = read_study(options.file, options.with, listed_scenes());
-    if (!options.child_runs.empty()) return child(study, common, options);
-    const std::vector<PlannedRun> plan = completed_plan(study, common);
-    if (options.plan_only) return print_plan(study, plan, common.json);
+std::vector<PlannedRun> completed_plan(const Study& study, const CommonOptions& common) {
+    std::vector<PlannedRun> plan = make_plan(study);
+    std::map<std::string, SceneFacts> facts;
+    for (PlannedRun& run : plan) {
+        const std::string& file = run.spec.scene_file;
+        if (file.empty()) continue;
+        auto known = facts.find(file);
+        if (known == facts.end()) known = facts.emplace(file, facts_of_input(study, common, run.spec)).first;
+        complete_run(known->second, run);
+    }
+    return plan;
+}
 
+RunnerResult run_study(const Study& study, const std::vector<PlannedRun>& plan, const CommonOptions& common,
+                       const StudyOptions& options, const std::filesystem::path& directory, bool timed) {
     RunnerOptions runner;
-    runner.directory = options.output.value_or(std::filesystem::path("build") / "reports" / study.name);
+    runner.directory = directory;
+    runner.timed = timed;
     runner.child_command = {"/proc/self/exe", "study", options.file.string()};
     if (common.data) {
         runner.child_command.emplace_back("--data");
@@ -235,9 +233,6 @@ int study(const CommonOptions& common, const StudyOptions& options) {
     runner.jobs = options.jobs;
     for (const std::string& method : options.with)
         runner.child_command.insert(runner.child_command.end(), {"--with", method});
-    for (const std::string& note : reference_notes(study)) {
-        fmt::print(stderr, "trocar study: {}: {}\n", options.file.string(), note);
-    }
     const std::map<std::string, std::string> here = environment();
     runner.environment = [&study, &here](const PlannedRun& run) {
         std::map<std::string, std::string> facts = method_facts(study, run);
@@ -252,34 +247,49 @@ int study(const CommonOptions& common, const StudyOptions& options) {
     };
     const RunnerResult result = run_plan(plan, runner);
     progress.end();
+    return result;
+}
+
+int study(const CommonOptions& common, const StudyOptions& options) {
+    const Study study = read_study(options.file, options.with, listed_scenes());
+    if (!options.child_runs.empty()) return child(study, common, options);
+    const std::vector<PlannedRun> plan = completed_plan(study, common);
+    if (options.plan_only) return print_plan(study, plan, common.json);
+
+    const std::filesystem::path directory =
+        options.output.value_or(std::filesystem::path("build") / "reports" / study.name);
+    for (const std::string& note : reference_notes(study)) {
+        fmt::print(stderr, "trocar study: {}: {}\n", options.file.string(), note);
+    }
+    const RunnerResult result = run_study(study, plan, common, options, directory, true);
     if (result.interrupted) {
         fmt::print(stderr, "trocar study: interrupted; {} of {} runs are kept in {}, the same command goes on there\n",
-                   result.made + result.found, plan.size(), runner.directory.string());
+                   result.made + result.found, plan.size(), directory.string());
         if (common.json) {
-            const Json document{{"study", study.name}, {"directory", runner.directory.string()},
+            const Json document{{"study", study.name}, {"directory", directory.string()},
                                 {"interrupted", true}, {"runs", plan.size()},
                                 {"made", result.made}, {"found", result.found}};
             fmt::print("{}\n", document.dump());
         }
         return interrupted;
     }
-    const std::vector<Record> records = read_records(runner.directory);
-    write_view_pages(runner.directory, records, study.file.parent_path(), common.data);
-    keep_worst_tick(study, common, runner.directory, records);
-    const Report report = write_report(runner.directory, shipped_reports());
+    const std::vector<Record> records = read_records(directory);
+    write_view_pages(directory, records, study.file.parent_path(), common.data);
+    keep_worst_tick(study, common, directory, records);
+    const Report report = write_report(directory, shipped_reports());
     const std::filesystem::path published =
-        options.publish ? publish(study, runner.directory, report) : std::filesystem::path();
+        options.publish ? publish(study, directory, report) : std::filesystem::path();
     if (!common.json) {
         fmt::print("{}\n{} runs ({} made now, {} found from an earlier start)\nReport: {}\n", report.page_one,
-                   plan.size(), result.made, result.found, (runner.directory / "report.html").string());
+                   plan.size(), result.made, result.found, (directory / "report.html").string());
         if (options.publish) fmt::print("Published: {}\n", published.string());
         return done;
     }
     std::map<std::string, std::int64_t> outcomes;
     for (const Record& record : records) ++outcomes[std::string(name_of(record.outcome.kind))];
     const Json document{{"study", study.name},
-                        {"directory", runner.directory.string()},
-                        {"report", (runner.directory / "report.html").string()},
+                        {"directory", directory.string()},
+                        {"report", (directory / "report.html").string()},
                         {"runs", plan.size()},
                         {"made", result.made},
                         {"found", result.found},

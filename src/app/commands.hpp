@@ -115,6 +115,13 @@ struct StudyOptions {
 };
 int study(const CommonOptions& common, const StudyOptions& options);
 
+struct TuneOptions {
+    std::filesystem::path file;
+    int jobs = 1;
+    std::filesystem::path output;
+};
+int tune(const CommonOptions& common, const TuneOptions& options);
+
 struct ReportOptions {
     std::filesystem::path directory;
     std::optional<std::filesystem::path> against;  ///< compare with these records instead of writing a report

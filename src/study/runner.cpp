@@ -296,7 +296,7 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
         for (const bool timed : {true, false}) {
             for (const std::vector<std::size_t>& members : processes) {
                 const PlannedRun& first = plan[members.front()];
-                if (is_timed(first.spec) != timed) continue;
+                if ((options.timed && is_timed(first.spec)) != timed) continue;
                 const auto count = static_cast<std::int64_t>(members.size());
                 std::vector<std::size_t> missing = runner.missing(plan, members);
                 if (missing.empty()) result.found += count;

@@ -112,6 +112,14 @@ TEST(ForceWithoutTouch, AContactThatNamesNoBodyIsWithTheOnlyRigidOne) {
     EXPECT_NEAR(follow(ticks, nobody, 1.0, Stack(BodyKind::instrument, BodyKind::rigid)), 1.0, 1e-15);
 }
 
+TEST(ForceWithoutTouch, AContactWithoutForceNeedsNoPair) {
+    const auto one_more = [](ResponseOutput& output) {
+        output.contacts.push_back(contact_on(6, 0));
+        output.contacts.back().vertices = {-1, -1, -1};
+    };
+    EXPECT_NEAR(follow({{3e-4, 1.0}}, one_more), 3e-4, 1e-15);
+}
+
 TEST(ForceWithoutTouch, LeavesOutWhatPullsByDesign) {
     for (const ContactRole role : {ContactRole::grasp, ContactRole::damper}) {
         EXPECT_TRUE(

@@ -55,6 +55,15 @@ TEST(Summary, PairFiguresFollowTheirDefinitions) {
     EXPECT_EQ(figures.at(Metric::judged_ticks), 1.0);
 }
 
+TEST(Summary, TicksThatWereCutOrFailedAreCounted) {
+    std::vector<StepRow> rows{row_of(0), row_of(1), row_of(2)};
+    rows[1].truncated = rows[2].truncated = true;
+    rows[2].outcome = OutcomeKind::unstable;
+    const auto figures = summarize(rows);
+    EXPECT_EQ(figures.at(Metric::truncated_ticks), 2.0);
+    EXPECT_EQ(figures.at(Metric::failed_ticks), 1.0);
+}
+
 TEST(Summary, NothingJudgedIsNotZero) {
     const auto figures = summarize({row_of(0), row_of(1)});
     for (const char* name : {"precision", "recall", "false_negatives", "false_positives", "residual_penetration_max_m",

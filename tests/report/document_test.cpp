@@ -29,6 +29,16 @@ TEST(FormatExact, ReadsBackAsTheSameNumber) {
     EXPECT_EQ(format_exact(std::numeric_limits<double>::quiet_NaN()), "");
 }
 
+TEST(Html, ContentsNameThePartsAndNotWhatIsWithinThem) {
+    Document document{.title = "t", .blocks = {}};
+    document.blocks.emplace_back(Heading{2, "A part"});
+    document.blocks.emplace_back(Heading{3, "A detail"});
+    const std::string html = to_html(document);
+    const std::string contents = html.substr(html.find("<nav"), html.find("</nav>") - html.find("<nav"));
+    EXPECT_NE(contents.find(">A part</a>"), std::string::npos);
+    EXPECT_EQ(contents.find("A detail"), std::string::npos);
+}
+
 Document sample() {
     Document document{.title = "a < b", .blocks = {}};
     document.blocks.emplace_back(Heading{2, "Part & parcel"});

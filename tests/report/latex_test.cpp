@@ -135,6 +135,20 @@ TEST(LatexTables, APieceEndsWhereItsLinesFillAPage) {
     expect_pieces("nnnnnnnnnn nnnnnnnnnn nnnnnnnnnn", 3);
 }
 
+TEST(LatexTables, AColumnIsAsWideAsItsLongestWord) {
+    // A word of sixty letters cannot break: nine such columns do not fit side by side, nine short ones do.
+    const auto panels = [](const std::string& word) {
+        Table table{.caption = "t", .columns = {{"key", false}}, .rows = {{.cells = {"row"}}}, .note = ""};
+        for (int c = 0; c < 9; ++c) {
+            table.columns.push_back({"c", false});
+            table.rows[0].cells.push_back(word);
+        }
+        return times_in(latex_table(table), "\\begin{tabular}");
+    };
+    EXPECT_EQ(panels("n"), 1);
+    EXPECT_GE(panels(std::string(60, 'n')), 5) << "at most two of 288 pt stand on a line of 229 pt";
+}
+
 TEST(LatexTables, SignsGetTheRoomThatComputerModernGivesThem) {
     // Of cmsy8: 14 units of 17/36 pt for relations and operations, 18 for arrows and infinity (its parameter file).
     constexpr double line = 229.0;  // pt, what latex_table sets for

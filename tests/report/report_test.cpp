@@ -586,6 +586,8 @@ TEST(Report, RecallIsGivenWithAndWithoutTouches) {
     test::expect_holds(test::whole(make_report(records)),
                        {"| `mine` | 4440 | 1110 | 0.667 | 0.500 | 0.667 | 0.571 | 2220 / 1110 | 1 of 1 |",
                         "misses 2220 of 4440, adds 1110"});
+    const std::vector<Record> one_tick{synthetic({.mode = "replay", .ticks = 1, .false_negatives = 1})};
+    test::expect_holds(test::whole(make_report(one_tick)), {"misses 1 of 4"});
 }
 
 TEST(Report, AnAnswerCutByALimitIsNeverOk) {

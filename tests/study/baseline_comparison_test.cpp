@@ -42,6 +42,11 @@ TEST(BaselineComparison, ATurnedNormalIsMeasuredAsAnAngle) {
     EXPECT_NEAR(compare_answers(three_contacts(), after, nanometre).worst_angle, 0.01, 1e-12);
     after.ticks[1].contacts[0].normal = {0.0, 0.0, -1.0};
     EXPECT_NEAR(compare_answers(three_contacts(), after, nanometre).worst_angle, std::acos(-1.0), 1e-12);
+    // Longer than a unit by rounding: half their difference is no sine.
+    after.ticks[1].contacts[0].normal = {0.0, 0.0, std::nextafter(-1.0, -2.0)};
+    BaselineAnswer before = three_contacts();
+    before.ticks[1].contacts[0].normal = {0.0, 0.0, std::nextafter(1.0, 2.0)};
+    EXPECT_NEAR(compare_answers(before, after, nanometre).worst_angle, std::acos(-1.0), 1e-12);
 }
 
 TEST(BaselineComparison, ANumberThatIsLostIsInfinitelyWrong) {

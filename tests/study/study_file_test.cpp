@@ -618,6 +618,22 @@ TEST_F(StudyFile, APacedRunTakesTheTimeThatTheClockGivesItsTicks) {
     EXPECT_NEAR(long_run - plan[0].rough_seconds, 2.0 * 2000 * 0.002, 1e-9);
 }
 
+TEST_F(StudyFile, AQuotedReportIsTheNameOfAFolder) {
+    expect_complaint(study_of({press}, R"("quotes":[{"report":"../secret"}],)"), "/quotes/0/report: expected a name");
+}
+
+TEST_F(StudyFile, RoughTimesGrowWithTicksTrianglesAndJudgedTicks) {
+    const auto seconds = [this](const std::string& more, std::int64_t triangles) {
+        std::vector<PlannedRun> plan = make_plan(read(study_of({press + more})));
+        complete_run({.name = "a", .hash = {}, .pair_class = {}, .dt = 0.001, .triangles = triangles}, plan[0]);
+        return plan[0].rough_seconds;
+    };
+    const std::string timed = R"(,"ticks":1000,"truth_stride":0)";
+    EXPECT_GT(seconds(timed, 100'000), 10.0 * seconds(timed, 1'000)) << "100 ticks of 1000 triangles cost little";
+    EXPECT_GT(seconds(R"(,"ticks":9000,"truth_stride":0)", 1'000), 3.0 * seconds(timed, 1'000));
+    EXPECT_GT(seconds(R"(,"ticks":1000)", 100'000), 2.0 * seconds(timed, 100'000)) << "truth costs more than a method";
+}
+
 TEST_F(StudyFile, ARunOfMoreTicksThanARecordHoldsIsRefusedBeforeItIsMade) {
     std::vector<PlannedRun> plan = make_plan(read(study_of({press + R"(,"clock":"paced","ticks":400000)"})));
     const SceneFacts facts{.name = "a", .hash = {}, .pair_class = {}, .dt = 0.002, .triangles = 1000};
@@ -638,11 +654,12 @@ TEST_F(StudyFile, MethodRunsOnItsOwnScenesOnly) {
 }
 
 TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndContacts) {
-    const Study study = read(study_of({closed_loop + R"("scenes":["a.json"],
+    const Study study =
+        read(study_of({closed_loop + R"("scenes":["a.json"],
         "detectors":["ohc",{"method":"brute_force","judged":false}],
         "detail_stride":7,"responses":[{"method":"unilateral","contacts":["tracked_proximity"]},
         {"method":"penalty","detectors":["ohc"],"contacts":["intersection"]}])"},
-                                      R"("ours":"unilateral","quotes":"seen elsewhere",)"));
+                      R"("ours":"unilateral","quotes":["seen elsewhere",{"report":"one"},{"report":"two"}],)"));
     std::set<std::string> runs;
     for (const PlannedRun& run : make_plan(study)) {
         EXPECT_FALSE(run.settled) << "what was not chosen is no row";
@@ -651,6 +668,7 @@ TEST_F(StudyFile, AResponseMayChooseItsDetectorsAndContacts) {
         runs.insert(run.spec.detector + " " + run.spec.response + " " + run.spec.contacts);
         EXPECT_EQ(method_facts(study, run).at("study.ours"), "unilateral");
         EXPECT_EQ(method_facts(study, run).at("study.quotes"), "seen elsewhere");
+        EXPECT_EQ(method_facts(study, run).at("study.quoted_reports"), "one,two");
     }
     EXPECT_EQ(runs, (std::set<std::string>{"ohc unilateral tracked_proximity",
                                            "brute_force unilateral tracked_proximity", "ohc penalty intersection"}));
