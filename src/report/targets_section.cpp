@@ -28,12 +28,11 @@ double share_of_wrong_pairs(const SceneResult& result) {
 }
 
 /// Times in µs, one per target met, ascending.
-std::vector<double> times_of_targets(const std::vector<const SceneResult*>& results, bool depth) {
+std::vector<double> times_of_targets(const std::vector<const SceneResult*>& results, bool depth, Metric time_metric) {
     std::vector<double> times;
     for (const SceneResult* result : results) {
         if (!result->ok()) continue;
-        const double p99 = result->of(Metric::total_p99_ns).value;
-        const double time = depth && !std::isnan(p99) ? p99 : result->of(Metric::total_median_ns).value;
+        const double time = result->of(time_metric).value;
         const double error = depth ? result->first(Metric::residual_penetration_max_m) : share_of_wrong_pairs(*result);
         if (std::isnan(time)) continue;
         for (const double limit : (depth ? depth_limits : pair_limits).limits) {
@@ -73,17 +72,23 @@ LineChart targets_over_time(const Draft& draft, const Verdict& overall) {
     const std::size_t scenes =
         depth ? judged_scenes(draft.results, draft.results.scenes("closed_loop"), true).size() : overall.scenes.size();
     const auto targets = static_cast<double>(scenes * depth_limits.limits.size());
-    LineChart chart{.x_title = depth ? "tick p99 (µs)" : "tick p50 (µs)",
+    const std::vector<NamedResults> rows = shown_rows(draft, overall);
+    // A run of too few ticks has no p99; then the medians of all are taken.
+    const bool p99 = depth && std::all_of(rows.begin(), rows.end(), [](const NamedResults& row) {
+                         return std::all_of(row.results.begin(), row.results.end(), [](const SceneResult* result) {
+                             return !result->ok() || !std::isnan(result->of(Metric::total_p99_ns).value);
+                         });
+                     });
+    LineChart chart{.x_title = p99 ? "tick p99 (µs)" : "tick p50 (µs)",
                     .y_title = "share of targets met",
                     .steps = true,
                     .log_x = true};
     double shortest = not_known;
     double longest = not_known;
     std::vector<std::vector<double>> times;
-    const std::vector<NamedResults> rows = shown_rows(draft, overall);
     times.reserve(rows.size());
     for (const NamedResults& row : rows) {
-        times.push_back(times_of_targets(row.results, depth));
+        times.push_back(times_of_targets(row.results, depth, p99 ? Metric::total_p99_ns : Metric::total_median_ns));
         if (times.back().empty()) continue;
         shortest = std::fmin(shortest, times.back().front());
         longest = std::fmax(longest, times.back().back());

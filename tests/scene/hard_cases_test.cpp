@@ -2,8 +2,12 @@
 // every detector that claims exactness; and that every entry of the list of hard cases has a case.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <set>
+#include <utility>
 
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
@@ -95,6 +99,53 @@ TEST(HardCases, ScenesThatAreNamedExistAndAskForSomething) {
         EXPECT_GT(scene.ticks, 0) << one.name;
         EXPECT_TRUE(!one.at_most.empty() || one.outcome != OutcomeKind::ok) << one.name << " asks for nothing";
     }
+}
+
+/// Largest force of a stored hard reference and its largest change from tick to tick, read without code of the product.
+std::pair<double, double> force_and_step(const std::filesystem::path& reference, double dt) {
+    const auto hard = nlohmann::json::parse(read_file(reference)).at("hard");
+    const double interval = hard.at("sample_interval");
+    const std::vector<std::array<double, 3>> force = hard.at("force");
+    const auto at = [&](double time) {
+        const auto i = std::min(static_cast<std::size_t>(time / interval + 1e-9), force.size() - 1);
+        const std::size_t j = std::min(i + 1, force.size() - 1);
+        const double part = time / interval - static_cast<double>(i);
+        Vector3 value;
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+            value[static_cast<Index>(axis)] = (1.0 - part) * force[i].at(axis) + part * force[j].at(axis);
+        }
+        return value;
+    };
+    double largest = 0.0;
+    double step = 0.0;
+    Vector3 before = Vector3::Zero();
+    for (int tick = 0; tick * dt <= hard.at("until").get<double>(); ++tick) {
+        const Vector3 now = at(tick * dt);
+        largest = std::max(largest, now.norm());
+        step = std::max(step, (now - before).norm());
+        before = now;
+    }
+    return {largest, step};
+}
+
+TEST(HardCases, ScenesThatStartApartAreJudgedInContactByTheirHardReference) {
+    int with_reference = 0;
+    for (const trocar::HardCase& one : read_hard_cases(folder)) {
+        if (one.at_most.empty() || one.at_most.contains("ticks_to_clear_max")) continue;
+        EXPECT_TRUE(one.at_most.contains("residual_penetration_max_m")) << one.name << " is judged at every tick";
+        const std::filesystem::path file = (one.file.parent_path() / one.scene).lexically_normal();
+        const std::filesystem::path reference = file.parent_path() / "reference" / (file.stem().string() + ".json");
+        ASSERT_TRUE(std::filesystem::exists(reference)) << one.name << ": make it by `trocar reference`";
+        if (!nlohmann::json::parse(read_file(reference)).at("hard").at("available").get<bool>()) {
+            EXPECT_NE(one.reason.find("no reference"), std::string::npos) << one.name << " says why";
+            continue;
+        }
+        ++with_reference;
+        const auto [largest, step] = force_and_step(reference, read_scene(file, std::nullopt).dt);
+        EXPECT_NEAR(one.at_most.at("force_error_rms_hard"), 0.25 * largest, 0.005 * largest) << one.name;
+        EXPECT_NEAR(one.at_most.at("force_jump_max_n"), 0.05 + 2.0 * step, 0.005 * (0.05 + 2.0 * step)) << one.name;
+    }
+    EXPECT_EQ(with_reference, 6);
 }
 
 TEST(HardCases, ACaseOfNoKindOrOfBothIsBadInput) {
