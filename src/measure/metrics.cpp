@@ -90,6 +90,8 @@ void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
     double false_negatives = 0;
     double false_negatives_touch = 0;
     double false_positives = 0;
+    double deepest = 0;
+    double deepest_false_negatives = 0;
     double near = not_known;
     double proximity_false_negatives = not_known;
     std::vector<double> query_distances;
@@ -114,6 +116,8 @@ void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
         false_negatives += static_cast<double>(row.false_negatives);
         false_negatives_touch += static_cast<double>(row.false_negatives_touch);
         false_positives += static_cast<double>(row.false_positives);
+        deepest += row.deepest_pairs < 0 ? not_known : static_cast<double>(row.deepest_pairs);
+        deepest_false_negatives += static_cast<double>(row.deepest_false_negatives);
     }
     figures[Metric::work_median] = median(work);
     figures[Metric::work_in_contact_median] = median(work_in_contact);
@@ -140,6 +144,7 @@ void add_pairs(const std::vector<StepRow>& rows, Summary& figures) {
     figures[Metric::recall] = recall;
     figures[Metric::recall_without_touches] =
         ratio((truth - touch) - (false_negatives - false_negatives_touch), truth - touch);
+    figures[Metric::recall_deepest] = ratio(deepest - deepest_false_negatives, deepest);
     figures[Metric::f1] =
         ratio(2.0 * (truth - false_negatives), 2.0 * (truth - false_negatives) + false_negatives + false_positives);
 }

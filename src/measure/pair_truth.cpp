@@ -31,6 +31,22 @@ void find_pairs(const Topology& topology, const Frame& frame, double around, con
     std::sort(pairs.begin(), pairs.end());
 }
 
+/// How far `moved` reaches through the plane of `fixed`, on the side where it reaches less; 0 for a triangle without a
+/// normal.
+double depth_through_plane(const Corners& moved, const Corners& fixed) {
+    const Vector3 normal = (fixed[1] - fixed[0]).cross(fixed[2] - fixed[0]);
+    const double length = normal.norm();
+    if (!(length > 0.0)) return 0.0;
+    double above = 0.0;
+    double below = 0.0;
+    for (const Vector3& corner : moved) {
+        const double height = (corner - fixed[0]).dot(normal) / length;
+        above = std::max(above, height);
+        below = std::max(below, -height);
+    }
+    return std::min(above, below);
+}
+
 }  // namespace
 
 void true_pairs(const Topology& topology, const Frame& frame, std::vector<TrianglePair>& pairs) {
@@ -58,6 +74,23 @@ std::vector<Index> touching_pairs(const Topology& topology, const Frame& frame,
         }
     }
     return touching;
+}
+
+std::vector<TrianglePair> deepest_pairs(const Topology& topology, const Frame& frame,
+                                        const std::vector<TrianglePair>& pairs) {
+    if (pairs.size() <= deepest_count) return pairs;
+    std::vector<std::pair<double, TrianglePair>> order;
+    order.reserve(pairs.size());
+    for (const TrianglePair& pair : pairs) {
+        const Corners a = corners_of(topology.triangles, frame.position, pair.a);
+        const Corners b = corners_of(topology.triangles, frame.position, pair.b);
+        order.emplace_back(-std::min(depth_through_plane(a, b), depth_through_plane(b, a)), pair);
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<TrianglePair> deepest;
+    for (std::size_t i = 0; i < deepest_count; ++i) deepest.push_back(order[i].second);
+    std::sort(deepest.begin(), deepest.end());
+    return deepest;
 }
 
 PairErrors compare_pairs(const std::vector<TrianglePair>& reported, const std::vector<TrianglePair>& truth,

@@ -24,6 +24,13 @@ void true_near_pairs(const Topology& topology, const Frame& frame, double query_
 /// class.
 std::vector<Index> touching_pairs(const Topology& topology, const Frame& frame, const std::vector<TrianglePair>& pairs);
 
+/// Number of pairs of a tick that deepest_pairs keeps.
+inline constexpr std::size_t deepest_count = 10;
+/// The deepest of `pairs` (intersecting ones, sorted), or all when there are no more, sorted. Depth: the least distance
+/// along the normal of either triangle that brings the other to one side of its plane. Ties go by the pair.
+std::vector<TrianglePair> deepest_pairs(const Topology& topology, const Frame& frame,
+                                        const std::vector<TrianglePair>& pairs);
+
 struct PairErrors {
     std::int64_t false_negatives = 0;        ///< false negatives
     std::int64_t false_positives = 0;        ///< false positives

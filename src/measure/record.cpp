@@ -70,6 +70,8 @@ void visit_row(Row& row, Visit&& visit) {
     visit("false_negatives", row.false_negatives);
     visit("false_positives", row.false_positives);
     visit("false_negatives_touch", row.false_negatives_touch);
+    visit("deepest_pairs", row.deepest_pairs);
+    visit("deepest_false_negatives", row.deepest_false_negatives);
     visit("true_proximity_pairs", row.true_proximity_pairs);
     visit("proximity_false_negatives", row.proximity_false_negatives);
     visit("swept", row.swept);

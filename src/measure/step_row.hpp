@@ -29,6 +29,8 @@ struct StepRow {
     std::int64_t false_negatives = -1;             ///< false negatives
     std::int64_t false_positives = -1;             ///< false positives
     std::int64_t false_negatives_touch = -1;       ///< of `false_negatives`: pairs that only touch
+    std::int64_t deepest_pairs = -1;               ///< the deepest of `true_pairs` (pair_truth.hpp)
+    std::int64_t deepest_false_negatives = -1;     ///< of these: not reported
     std::int64_t true_proximity_pairs = -1;        ///< disjoint pairs within `query_distance`; -1: not computed
     std::int64_t proximity_false_negatives = -1;   ///< of these: not reported
     std::int64_t swept = 0;                        ///< reported contacts that begin since the frame before

@@ -61,6 +61,8 @@ struct Mark {
     double time = not_known;  ///< µs of computing per simulated ms, median over processes
     std::array<JudgedError, judge_count> errors{};
     double substeps = not_known;
+    double recall = not_known;
+    double recall_deepest = not_known;
     std::string outcome = {};  ///< empty: ok
     [[nodiscard]] const JudgedError& error(Judge judge) const { return errors.at(static_cast<std::size_t>(judge)); }
     [[nodiscard]] double residual() const { return error(Judge::residual).value; }
@@ -136,6 +138,8 @@ Mark make_mark(const std::string& curve, const std::string& point, const std::ve
                     {.value = first(Metric::force_error_rms_equal_k), .bound = first(Metric::force_bound_equal_k)},
                     {.value = first(Metric::force_error_rms_hard), .bound = first(Metric::force_bound_hard)}}};
     mark.substeps = first(Metric::substeps);
+    mark.recall = first(Metric::recall);
+    mark.recall_deepest = first(Metric::recall_deepest);
     return mark;
 }
 
@@ -278,7 +282,10 @@ Table points_table(const Chart& chart) {
         if (!chart.replay) add_cell(table, {"sub-steps per tick", true, Metric::substeps}, count_text(mark.substeps));
         add_cell(table, {"time per simulated ms (µs)", true}, scaled(mark.time));
         add_cell(table, {chart.error_title(Judge::residual), true}, starred(Judge::residual));
-        if (!chart.replay) {
+        if (chart.replay) {
+            add_cell(table, {"recall", true, Metric::recall}, scaled(mark.recall));
+            add_cell(table, {"recall of the ten deepest", true, Metric::recall_deepest}, scaled(mark.recall_deepest));
+        } else {
             add_cell(table, {"force error, equal k / hard (N RMS)", true, Metric::force_error_rms_equal_k},
                      starred(Judge::equal_k) + " / " + starred(Judge::hard));
         }

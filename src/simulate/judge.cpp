@@ -65,6 +65,9 @@ void Judge::judge_detection(const Frame& seen, const ContactSet& contacts, StepR
     row.false_negatives = errors.false_negatives;
     row.false_positives = errors.false_positives;
     row.false_negatives_touch = errors.false_negatives_touch;
+    const std::vector<TrianglePair> deepest = deepest_pairs(*topology_, seen, truth_);
+    row.deepest_pairs = static_cast<std::int64_t>(deepest.size());
+    row.deepest_false_negatives = compare_pairs(contacts.pairs, deepest, {}).false_negatives;
     if (!in_detail) return;
     if (row.query_distance > 0.0) {
         true_near_pairs(*topology_, seen, row.query_distance, near_truth_);

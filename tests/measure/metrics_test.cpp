@@ -55,6 +55,18 @@ TEST(Summary, PairFiguresFollowTheirDefinitions) {
     EXPECT_EQ(figures.at(Metric::judged_ticks), 1.0);
 }
 
+TEST(Summary, RecallOfTheDeepestIsOverAllTicksThatWereJudged) {
+    std::vector<StepRow> rows{row_of(0), row_of(1), row_of(2)};
+    for (StepRow* row : {&rows[0], &rows[1]}) row->true_pairs = 30;
+    rows[0].deepest_pairs = 10;
+    rows[0].deepest_false_negatives = 1;
+    rows[1].deepest_pairs = 6;
+    rows[1].deepest_false_negatives = 3;
+    EXPECT_DOUBLE_EQ(summarize(rows).at(Metric::recall_deepest), 12.0 / 16.0);
+    rows[1].deepest_pairs = -1;
+    EXPECT_TRUE(std::isnan(summarize(rows).at(Metric::recall_deepest))) << "a tick without a count";
+}
+
 TEST(Summary, TicksThatWereCutOrFailedAreCounted) {
     std::vector<StepRow> rows{row_of(0), row_of(1), row_of(2)};
     rows[1].truncated = rows[2].truncated = true;

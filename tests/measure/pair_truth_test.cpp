@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <random>
 
 #include "geometry/exact.hpp"
@@ -82,6 +83,41 @@ TEST(TouchingPairs, AreThoseOfATouchClass) {
     EXPECT_GT(expected.size(), 10U);
     EXPECT_LT(expected.size(), truth.size());
     EXPECT_EQ(touching_pairs(scene.topology, scene.frame, truth), expected);
+}
+
+TEST(DeepestPairs, AreTheTenThatReachFurthestThroughAPlane) {
+    // Twelve upright triangles, 20 mm above the plane of a large one, reach 1 to 12 mm below it in a shuffled order.
+    const std::array<int, 12> depths{7, 1, 12, 3, 9, 2, 11, 4, 10, 6, 8, 5};
+    std::vector<Body> bodies(2);
+    bodies[0].name = "needles";
+    bodies[1].name = "sheet";
+    bodies[0].kind = BodyKind::instrument;
+    bodies[0].vertex_count = 36;
+    bodies[0].triangles.resize(3, 12);
+    for (Index i = 0; i < 36; ++i) bodies[0].triangles(i) = i;
+    bodies[1].kind = BodyKind::tissue;
+    bodies[1].vertex_count = 3;
+    bodies[1].triangles.resize(3, 1);
+    bodies[1].triangles << 0, 1, 2;
+    const Topology topology = make_topology(bodies);
+    Frame frame;
+    frame.position.resize(3, 39);
+    for (Index i = 0; i < 12; ++i) {
+        const double x = 0.001 * static_cast<double>(i);
+        frame.position.middleCols(3 * i, 3) << x, x, x, 0.0, 0.002, 0.001, 0.02, 0.02,
+            -0.001 * depths.at(static_cast<std::size_t>(i));
+    }
+    frame.position.middleCols(36, 3) << -1, 1, 0, -1, -1, 1, 0, 0, 0;
+    std::vector<TrianglePair> truth;
+    true_pairs(topology, frame, truth);
+    ASSERT_EQ(truth.size(), 12U);
+    std::vector<TrianglePair> expected;
+    for (Index i = 0; i < 12; ++i) {
+        if (depths.at(static_cast<std::size_t>(i)) > 2) expected.push_back({i, 12});
+    }
+    EXPECT_EQ(deepest_pairs(topology, frame, truth), expected);
+    truth.resize(9);
+    EXPECT_EQ(deepest_pairs(topology, frame, truth), truth) << "all where there are no more than ten";
 }
 
 TEST(ComparePairs, CountsMissingExtraAndMissingTouchesApart) {
