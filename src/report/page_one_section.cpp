@@ -102,6 +102,7 @@ std::string sentence_of(const Draft& draft) {
                                  draft);
     }
     if (text.empty()) text = hard_case_sentence(draft);
+    if (text.empty()) text = external_sentence(draft);
     return text.empty() ? work_precision_sentence(draft) : text;
 }
 
@@ -145,6 +146,7 @@ void add_page_one(Draft& draft, const std::string& worst_tick) {
     warnings(draft);
     const std::vector<Table> tables = tables_of(draft);
     for (const Table& table : tables) draft.add(table);
+    add_external(draft);
     const bool planned = std::any_of(draft.records.begin(), draft.records.end(), [](const Record& record) {
         return record.spec.mode == "closed_loop" || record.spec.mode == "replay";
     });
@@ -173,7 +175,9 @@ void add_page_one(Draft& draft, const std::string& worst_tick) {
 
 std::string terminal_text(const Draft& draft) {
     std::string text = draft.sentence.empty() ? std::string() : without_code(draft.sentence) + "\n";
-    for (const Table& table : tables_of(draft)) {
+    std::vector<Table> tables = tables_of(draft);
+    for (Table& table : external_tables(draft)) tables.push_back(std::move(table));
+    for (const Table& table : tables) {
         text += "\n" + without_code(table.caption) + "\n" + plain_table(table);
     }
     return text;

@@ -150,6 +150,14 @@ void add_resolution(Draft& draft);
 /// Its table over the scenes, for page 1.
 Table resolution_table(const Draft& draft);
 
+// external_section.cpp
+/// Detectors on data of other groups, on page 1: a table per part with source, licence and command.
+void add_external(Draft& draft);
+/// The tables alone.
+std::vector<Table> external_tables(const Draft& draft);
+/// Who has no error on which part; empty without one.
+std::string external_sentence(const Draft& draft);
+
 // table_3_1_section.cpp
 /// Table 3.1 of the thesis, with numbers of detectors on generated scenes.
 void add_table_3_1(Draft& draft);
