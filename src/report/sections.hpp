@@ -155,7 +155,7 @@ Table resolution_table(const Draft& draft);
 void add_external(Draft& draft);
 /// The tables alone.
 std::vector<Table> external_tables(const Draft& draft);
-/// Who has no error on which part; empty without one.
+/// Methods without an error, by part; empty without a part.
 std::string external_sentence(const Draft& draft);
 
 // table_3_1_section.cpp

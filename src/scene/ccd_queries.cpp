@@ -9,6 +9,7 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_text.hpp"
+#include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/external_frames.hpp"
 
@@ -83,6 +84,9 @@ std::vector<ContinuousQuery> read_ccd_queries(const std::filesystem::path& file)
         query.end.velocity = end - query.end.previous;
         query.end.tick = 1;
         query.end.time = 1.0;
+        if (are_sizes_limited() && queries.size() >= static_cast<std::size_t>(most_runs)) {
+            throw InputError(source.name, "", limit_text(most_runs, "queries"), "more");
+        }
         queries.push_back(std::move(query));
     }
     if (row != 0) throw InputError(source.name, "", "8 rows for each query", fmt::format("{} left over", row));

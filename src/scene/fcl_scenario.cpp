@@ -10,6 +10,7 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_text.hpp"
+#include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/external_frames.hpp"
 #include "scene/mesh_pair.hpp"
@@ -157,6 +158,11 @@ ExternalFrames read_fcl_scenario(const std::filesystem::path& file) {
         throw InputError(source.name, "", "two <OBJECT> elements", fmt::format("{}", builders.size()));
     }
     if (poses.empty()) throw InputError(source.name, "", "at least one <FRAME>", "none");
+    const std::int64_t points = builders[0].vertex_count() + builders[1].vertex_count();
+    if (are_sizes_limited() && static_cast<std::int64_t>(poses.size()) * points > most_vertices) {
+        throw InputError(source.name, "", limit_text(most_vertices, "vertices of all poses"),
+                         fmt::format("{} poses of {}", poses.size(), points));
+    }
     const Mesh a = builders[0].finish("fcl");
     const Mesh b = builders[1].finish("fcl");
     MeshPair pair = make_mesh_pair(a, b);

@@ -9,6 +9,7 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
+#include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/external_frames.hpp"
 #include "scene/json_node.hpp"
@@ -71,6 +72,9 @@ Components components_of(const Mesh& mesh) {
             members.emplace_back();
         }
         members[at(body)].push_back(t);
+    }
+    if (are_sizes_limited() && members.size() > static_cast<std::size_t>(most_bodies)) {
+        throw InputError("components", "", limit_text(most_bodies, "bodies"), fmt::format("{}", members.size()));
     }
     std::vector<std::vector<Index>> vertices_of(members.size());
     for (Index v = 0; v < vertices; ++v) {

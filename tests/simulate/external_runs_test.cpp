@@ -39,59 +39,66 @@ ExternalFrames falling(double start, double end) {
     return data;
 }
 
-std::vector<Record> run(const ExternalFrames& data, const std::vector<std::string>& detectors) {
+RunSpec external_spec(const std::string& detector) {
+    RunSpec spec;
+    spec.mode = "external";
+    spec.detector = detector;
+    spec.ticks = 2;
+    return spec;
+}
+
+std::vector<Record> run_on(const ExternalFrames& data, const std::vector<std::string>& detectors) {
     std::vector<RunSpec> specs;
-    for (const std::string& detector : detectors) {
-        specs.push_back({.mode = "external", .scene = "falling", .detector = detector, .seed = 3, .ticks = 2});
-    }
+    specs.reserve(detectors.size());
+    for (const std::string& detector : detectors) specs.push_back(external_spec(detector));
     return run_external(data, specs);
 }
 
-double figure(const Record& record, Metric metric) { return record.summary.at(metric); }
+double counted(const Record& record, Metric metric) { return record.summary.at(metric); }
 
 TEST(ExternalRuns, ADiscreteDetectorMissesWhatIsOverAtTheSecondFrame) {
-    const std::vector<Record> records = run(falling(1.0, -3.0), {"ohc_clustered", "ohc_clustered:swept=on"});
+    const std::vector<Record> records = run_on(falling(1.0, -3.0), {"ohc_clustered", "ohc_clustered:swept=on"});
     ASSERT_EQ(records.size(), 2U);
     for (const Record& record : records) {
         EXPECT_TRUE(record.outcome.ok());
-        EXPECT_EQ(figure(record, Metric::true_swept), 1.0);
-        EXPECT_EQ(figure(record, Metric::true_pairs), 0.0);
-        EXPECT_EQ(figure(record, Metric::swept_false_positives), 0.0);
+        EXPECT_EQ(counted(record, Metric::true_swept), 1.0);
+        EXPECT_EQ(counted(record, Metric::true_pairs), 0.0);
+        EXPECT_EQ(counted(record, Metric::swept_false_positives), 0.0);
         EXPECT_EQ(record.rows.size(), 2U) << "a row for each round";
     }
-    EXPECT_EQ(figure(records[0], Metric::swept_false_negatives), 1.0);
-    EXPECT_EQ(figure(records[1], Metric::swept_false_negatives), 0.0);
+    EXPECT_EQ(counted(records[0], Metric::swept_false_negatives), 1.0);
+    EXPECT_EQ(counted(records[1], Metric::swept_false_negatives), 0.0);
 }
 
 TEST(ExternalRuns, APairOfTheSecondFrameIsFoundByAll) {
-    for (const Record& record : run(falling(1.0, -0.5), {"ohc_clustered", "ohc_clustered:swept=on"})) {
-        EXPECT_EQ(figure(record, Metric::true_swept), 1.0);
-        EXPECT_EQ(figure(record, Metric::true_pairs), 1.0);
-        EXPECT_EQ(figure(record, Metric::swept_false_negatives), 0.0) << record.spec.detector;
-        EXPECT_EQ(figure(record, Metric::false_negatives), 0.0) << record.spec.detector;
+    for (const Record& record : run_on(falling(1.0, -0.5), {"ohc_clustered", "ohc_clustered:swept=on"})) {
+        EXPECT_EQ(counted(record, Metric::true_swept), 1.0);
+        EXPECT_EQ(counted(record, Metric::true_pairs), 1.0);
+        EXPECT_EQ(counted(record, Metric::swept_false_negatives), 0.0) << record.spec.detector;
+        EXPECT_EQ(counted(record, Metric::false_negatives), 0.0) << record.spec.detector;
     }
 }
 
 TEST(ExternalRuns, APairThatMeetsAtTheFirstFrameDoesNotBegin) {
-    const Record record = run(falling(-0.5, -3.0), {"ohc_clustered"}).front();
-    EXPECT_EQ(figure(record, Metric::true_swept), 0.0);
-    EXPECT_EQ(figure(record, Metric::swept_false_negatives), 0.0);
+    const Record record = run_on(falling(-0.5, -3.0), {"ohc_clustered"}).front();
+    EXPECT_EQ(counted(record, Metric::true_swept), 0.0);
+    EXPECT_EQ(counted(record, Metric::swept_false_negatives), 0.0);
 }
 
 TEST(ExternalRuns, AnAnswerThatTheSourceDoesNotHaveIsInvented) {
     ExternalFrames data = falling(1.0, -3.0);
     data.meeting->clear();
-    const Record record = run(data, {"ohc_clustered:swept=on"}).front();
-    EXPECT_EQ(figure(record, Metric::swept_false_positives), 1.0);
+    const Record record = run_on(data, {"ohc_clustered:swept=on"}).front();
+    EXPECT_EQ(counted(record, Metric::swept_false_positives), 1.0);
 }
 
 TEST(ExternalRuns, PosesWithoutAMotionAreAllAsked) {
     ExternalFrames data = falling(1.0, -0.5);
     data.meeting.reset();
     data.frames[1].previous = data.frames[1].position;
-    const Record record = run(data, {"brute_force"}).front();
-    EXPECT_EQ(figure(record, Metric::judged_ticks), 2.0);
-    EXPECT_EQ(figure(record, Metric::true_pairs), 1.0);
+    const Record record = run_on(data, {"brute_force"}).front();
+    EXPECT_EQ(counted(record, Metric::judged_ticks), 2.0);
+    EXPECT_EQ(counted(record, Metric::true_pairs), 1.0);
     EXPECT_EQ(record.rows.size(), 4U) << "two poses in two rounds";
 }
 
@@ -105,23 +112,23 @@ TEST(ExternalRuns, AQueryIsFoundAtAFrameOrBetweenThem) {
     };
     const std::filesystem::path file =
         folder.write("vertex-face/a.csv", query("1", "1") + query("9", "0") + query("1", "0"));
-    const Record swept = run_ccd_queries(file, {.mode = "external", .detector = "ohc:swept=on"});
+    const Record swept = run_ccd_queries(file, external_spec("ohc:swept=on"));
     EXPECT_TRUE(swept.outcome.ok());
-    EXPECT_EQ(figure(swept, Metric::judged_ticks), 3.0);
-    EXPECT_EQ(figure(swept, Metric::true_pairs), 1.0);
-    EXPECT_EQ(figure(swept, Metric::false_negatives), 0.0);
-    EXPECT_EQ(figure(swept, Metric::false_positives), 1.0);
-    const Record discrete = run_ccd_queries(file, {.mode = "external", .detector = "ohc"});
-    EXPECT_EQ(figure(discrete, Metric::false_negatives), 1.0);
-    EXPECT_EQ(figure(discrete, Metric::false_positives), 0.0);
+    EXPECT_EQ(counted(swept, Metric::judged_ticks), 3.0);
+    EXPECT_EQ(counted(swept, Metric::true_pairs), 1.0);
+    EXPECT_EQ(counted(swept, Metric::false_negatives), 0.0);
+    EXPECT_EQ(counted(swept, Metric::false_positives), 1.0);
+    const Record discrete = run_ccd_queries(file, external_spec("ohc"));
+    EXPECT_EQ(counted(discrete, Metric::false_negatives), 1.0);
+    EXPECT_EQ(counted(discrete, Metric::false_positives), 0.0);
 }
 
 TEST(ExternalRuns, SweptDetectorsAgreeWithTheSourceOnItsData) {
     TROCAR_DATA_OR_SKIP(folder, "external/scalable_ccd/armadillo-rollers");
-    const Record record = run(read_scalable_ccd(folder), {"ohc_clustered:swept=on"}).front();
-    EXPECT_EQ(figure(record, Metric::true_swept), 4475.0) << "none of the pairs meets at the first frame";
-    EXPECT_EQ(figure(record, Metric::swept_false_negatives), 0.0);
-    EXPECT_EQ(figure(record, Metric::swept_false_positives), 0.0);
+    const Record record = run_on(read_scalable_ccd(folder), {"ohc_clustered:swept=on"}).front();
+    EXPECT_EQ(counted(record, Metric::true_swept), 4475.0) << "none of the pairs meets at the first frame";
+    EXPECT_EQ(counted(record, Metric::swept_false_negatives), 0.0);
+    EXPECT_EQ(counted(record, Metric::swept_false_positives), 0.0);
 }
 
 }  // namespace
