@@ -187,16 +187,18 @@ std::string decided_here_text(const Draft& draft, const ExternalPart& part) {
            joined_code(std::vector<std::string>(names.begin(), names.end())) + ".";
 }
 
+/// How the table is to be read.
+std::string reading_text(const ExternalPart& part, const Record& example) {
+    const std::string& reference = fact_of(example, "case.reference");
+    const std::string order = "Order: failed, errors, time. ";
+    if (!part.timed || reference.empty()) return order;
+    return "Time ratio: median CPU time of update and detect over that of " + code(reference) +
+           ", in turns in one process" + (part.between ? "" : "; geometric mean over the scenarios") + ". " + order;
+}
+
 /// Source, licence and command.
 std::string origin_text(const Draft& draft, const ExternalPart& part, const Record& example) {
-    std::string text;
-    const std::string& reference = fact_of(example, "case.reference");
-    if (part.timed && !reference.empty()) {
-        text += "Time ratio: median CPU time of update and detect over that of " + code(reference) +
-                ", in turns in one process" + (part.between ? "" : "; geometric mean over the scenarios") + ". ";
-    }
-    return text + "Order: failed, errors, time. Source: " + fact_of(example, "case.source") +
-           ". Licence: " + fact_of(example, "case.licence") +
+    return "Source: " + fact_of(example, "case.source") + ". Licence: " + fact_of(example, "case.licence") +
            ". Command: " + code("TROCAR_DATA=FOLDER trocar study " + common_fact(draft.records, "study.file")) + "." +
            decided_here_text(draft, part) + not_run_text(draft, part);
 }
@@ -253,7 +255,8 @@ void add_external(Draft& draft) {
             table.caption.clear();  // the heading says it
             draft.add(std::move(table));
         }
-        draft.paragraph(origin_text(draft, part, *example), Paragraph::Style::small);
+        const std::string origin = origin_text(draft, part, *example);
+        draft.paragraph(rows.empty() ? origin : reading_text(part, *example) + origin, Paragraph::Style::small);
     }
 }
 

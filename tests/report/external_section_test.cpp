@@ -75,7 +75,8 @@ TEST(ExternalSection, MissingDataIsSaidInOneLine) {
     record.rows.clear();
     record.outcome = {OutcomeKind::unsupported, "no data"};
     const std::string page = make_report({record}).files.at("report.md");
-    test::expect_holds(page, {"Skipped: no data folder (TROCAR_DATA) with `external/model`."});
+    test::expect_holds(page, {"Licence: MIT.", "Skipped: no data folder (TROCAR_DATA) with `external/model`."});
+    EXPECT_EQ(page.find("Time ratio"), std::string::npos) << "there is no table to read";
 }
 
 }  // namespace
