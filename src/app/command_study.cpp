@@ -40,6 +40,7 @@ std::string method(const RunSpec& spec) {
 SceneFacts facts_of_input(const Study& study, const CommonOptions& common, const RunSpec& spec) {
     const std::filesystem::path folder = study.file.parent_path();
     if (is_generated(spec)) return generated_facts(spec);
+    if (is_external(spec)) return external_facts(spec, common.data);
     if (is_mesh_case(spec)) return read_case_facts(folder, spec, common.data);
     return read_scene_facts(folder / spec.scene_file, common.data);
 }
@@ -58,14 +59,17 @@ Record make_one(const Study& study, const CommonOptions& common, PlannedRun& run
 
 /// Runs of one group. The number of the run that has its turn stands in a file beside `output`, for the parent to read
 /// after a crash.
-std::vector<Record> make_group(const std::vector<PlannedRun*>& runs, const StudyOptions& options) {
+std::vector<Record> make_group(const Study& study, const CommonOptions& common, const std::vector<PlannedRun*>& runs,
+                               const StudyOptions& options) {
     std::vector<RunSpec> specs;
     for (PlannedRun* run : runs) {
-        complete_run(generated_facts(run->spec), *run);
+        complete_run(facts_of_input(study, common, run->spec), *run);
         specs.push_back(run->spec);
     }
-    return make_generated_runs(
-        specs, [&options](std::size_t turn) { write_turn(*options.child_output, options.child_runs.at(turn)); });
+    const auto turn = [&options](std::size_t index) {
+        write_turn(*options.child_output, options.child_runs.at(index));
+    };
+    return is_external(specs.front()) ? make_external_runs(specs, common.data, turn) : make_generated_runs(specs, turn);
 }
 
 /// What is published of a record.
@@ -103,7 +107,7 @@ int child(const Study& study, const CommonOptions& common, const StudyOptions& o
         Record record = make_one(study, common, *runs.front());
         lines = stored_line(study, *runs.front(), std::move(record));
     } else {
-        std::vector<Record> records = make_group(runs, options);
+        std::vector<Record> records = make_group(study, common, runs, options);
         for (std::size_t i = 0; i < runs.size(); ++i) lines += stored_line(study, *runs[i], std::move(records[i]));
     }
     write_whole(*options.child_output, lines);

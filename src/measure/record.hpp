@@ -19,7 +19,8 @@ namespace trocar {
 struct RunSpec {
     std::string study;
     std::string mode;          ///< "replay" | "repeated_motion" | "closed_loop" | "work_precision" | "paced" |
-                               ///< "cost_by_size" | "against" | "resolution" | "hard_case" | "metamorphic"
+                               ///< "cost_by_size" | "against" | "resolution" | "hard_case" | "metamorphic" |
+                               ///< "external"
     std::string scene;         ///< scene name
     std::string scene_file;    ///< relative to the study file
     std::string scene_hash;    ///< 16 hex digits

@@ -103,6 +103,7 @@ std::string sentence_of(const Draft& draft) {
     }
     if (text.empty()) text = resolution_sentence(draft);
     if (text.empty()) text = hard_case_sentence(draft);
+    if (text.empty()) text = external_sentence(draft);
     return text.empty() ? work_precision_sentence(draft) : text;
 }
 
@@ -162,6 +163,7 @@ void add_page_one(Draft& draft, const std::string& worst_tick) {
                             " makes it, and its table then stands here.");
         }
     }
+    add_external(draft);
     const bool planned = std::any_of(draft.records.begin(), draft.records.end(), [](const Record& record) {
         return record.spec.mode == "closed_loop" || record.spec.mode == "replay";
     });
@@ -223,6 +225,7 @@ std::string terminal_text(const Draft& draft) {
     for (const QuotedReport& report : draft.quoted) {
         if (!report.table.rows.empty()) tables.push_back(report.table);
     }
+    for (Table& table : external_tables(draft)) tables.push_back(std::move(table));
     for (const Table& table : tables) {
         text += "\n" + without_code(table.caption) + "\n" + plain_table(table);
     }

@@ -171,6 +171,14 @@ Table resolution_page(const Draft& draft);
 /// Empty without such a part.
 std::string resolution_sentence(const Draft& draft);
 
+// external_section.cpp
+/// Detectors on data of other groups, on page 1: a table per part with source, licence and command.
+void add_external(Draft& draft);
+/// The tables alone.
+std::vector<Table> external_tables(const Draft& draft);
+/// Methods without an error, by part; empty without a part.
+std::string external_sentence(const Draft& draft);
+
 // table_3_1_section.cpp
 /// Table 3.1 of the thesis, with numbers of detectors on generated scenes.
 void add_table_3_1(Draft& draft);

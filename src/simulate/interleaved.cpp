@@ -3,8 +3,6 @@
 #include <malloc.h>
 #include <unistd.h>
 
-#include <ctime>
-
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -21,6 +19,7 @@
 #include "measure/metrics.hpp"
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
+#include "simulate/process_clock.hpp"
 #include "simulate/query_distance.hpp"
 #include "simulate/simulation.hpp"
 
@@ -32,13 +31,6 @@ using Clock = std::chrono::steady_clock;
 constexpr double budget_s = 0.5;  ///< of a detector's own time and that of writing its frames
 constexpr std::int64_t fewest_ticks = 2;
 constexpr double least_memory = 1.5e9;  ///< bytes that a detector finds at least, or it is not asked
-
-/// CPU time of the whole process, all threads, ns.
-std::int64_t cpu_now() {
-    timespec now{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
-    return 1'000'000'000 * static_cast<std::int64_t>(now.tv_sec) + now.tv_nsec;
-}
 
 /// Bytes of malloc, and of the process where libraries map memory themselves.
 struct Memory {
@@ -190,11 +182,11 @@ private:
         row.tick = tick;
         row.time = frame_.time;
         const std::int64_t allocations = allocation_count();
-        const std::int64_t start = cpu_now();
+        const std::int64_t start = process_cpu_ns();
         member.detector->update(frame_, member.query_distance);
-        const std::int64_t between = cpu_now();
+        const std::int64_t between = process_cpu_ns();
         member.detector->detect(frame_, member.contacts);
-        const std::int64_t end = cpu_now();
+        const std::int64_t end = process_cpu_ns();
         if (allocations >= 0) row.allocations = allocation_count() - allocations;
         row.stage_ns[static_cast<std::size_t>(Stage::update)] = between - start;
         row.stage_ns[static_cast<std::size_t>(Stage::detect)] = end - between;
@@ -221,10 +213,10 @@ private:
         try {
             scene_.write(0, frame_);
             const Memory before = memory_now();
-            const std::int64_t cpu_begin = cpu_now();
+            const std::int64_t cpu_begin = process_cpu_ns();
             member.detector = member.make();
             member.detector->prepare(scene_.topology(), frame_);
-            member.record.summary[Metric::prepare_ns] = static_cast<double>(cpu_now() - cpu_begin);
+            member.record.summary[Metric::prepare_ns] = static_cast<double>(process_cpu_ns() - cpu_begin);
             StepRow row = time_tick(1, member);
             const Memory after = memory_now();
             member.record.summary[Metric::memory_bytes] =

@@ -37,7 +37,8 @@ struct Input {
         mesh_case,   ///< two meshes with their pairs (simulate/hard_case.hpp)
         scene_case,  ///< a scene with bounds on its figures (simulate/hard_case.hpp)
         pair_file,   ///< triangle pairs with truth, "data:PATH"
-        generated    ///< a scene by its text (simulate/generated_scene.hpp); its detectors take turns in one process
+        generated,   ///< a scene by its text (simulate/generated_scene.hpp); its detectors take turns in one process
+        external     ///< another group's data with its answers, "external:FORMAT:PATH"; detectors take turns
     };
     Kind kind = Kind::scene;
     std::string file = {};                          ///< relative to the study file; generated: "generated:" and text
@@ -145,6 +146,20 @@ SceneFacts generated_facts(const RunSpec& spec);
 /// Executes runs of one group, with `turn` as run_interleaved. Precondition: they are completed.
 std::vector<Record> make_generated_runs(const std::vector<RunSpec>& specs,
                                         const std::function<void(std::size_t)>& turn);
+
+/// Formats of external data, as study files name them.
+inline const std::vector<std::string> external_formats{"scalable_ccd", "fcl_scenario", "triangle_pairs", "ccd_queries"};
+/// Input::file of a path below the data folder.
+std::string external_file(const std::string& format, const std::string& path);
+/// Name of such an input in reports.
+std::string external_name(const std::string& path);
+/// True for a run on external data; the runs of one `group` are executed together.
+bool is_external(const RunSpec& spec);
+SceneFacts external_facts(const RunSpec& spec, const std::optional<std::filesystem::path>& data);
+/// Executes runs of one group, with `turn` as run_interleaved. Precondition: they are completed.
+std::vector<Record> make_external_runs(const std::vector<RunSpec>& specs,
+                                       const std::optional<std::filesystem::path>& data,
+                                       const std::function<void(std::size_t)>& turn);
 
 /// Executes a run with is_mesh_case().
 Record make_mesh_case_run(const std::filesystem::path& folder, const RunSpec& spec,

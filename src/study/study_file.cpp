@@ -147,6 +147,28 @@ void add_generated_scenes(const JsonNode& node, Experiment& experiment) {
     }
 }
 
+void add_external(const JsonNode& node, Experiment& experiment) {
+    expect_object(node, {"format", "files", "source", "licence", "reference"},
+                  {"format", "files", "source", "licence"});
+    const std::string format = node.at("format").word(external_formats);
+    for (const JsonNode& item : items_of(node.at("files"))) {
+        constexpr std::string_view prefix = "data:";
+        const std::string file = item.text();
+        if (!file.starts_with(prefix)) item.fail("data:PATH");
+        const std::string path = file.substr(prefix.size());
+        experiment.inputs.push_back({.kind = Input::Kind::external,
+                                     .file = external_file(format, path),
+                                     .name = external_name(path),
+                                     .facts = {{"case.format", format},
+                                               {"case.path", path},
+                                               {"case.source", node.at("source").text()},
+                                               {"case.licence", node.at("licence").text()}}});
+        if (node.has("reference")) {
+            experiment.inputs.back().facts["case.reference"] = read_method(node.at("reference"), true).text;
+        }
+    }
+}
+
 void read_inputs(const JsonNode& node, const SceneFiles& files, Experiment& experiment) {
     if (node.has("scenes")) {
         for (const std::string& scene : read_scenes(node.at("scenes"), files)) {
@@ -160,7 +182,13 @@ void read_inputs(const JsonNode& node, const SceneFiles& files, Experiment& expe
         if (!experiment.inputs.empty()) node.at("generated").fail("generated scenes alone", "other inputs beside them");
         add_generated_scenes(node.at("generated"), experiment);
     }
-    if (experiment.inputs.empty()) node.fail("inputs: one of the keys scenes, cases, pair_files, generated", "none");
+    if (node.has("external")) {
+        if (!experiment.inputs.empty()) node.at("external").fail("external data alone", "other inputs beside them");
+        add_external(node.at("external"), experiment);
+    }
+    if (experiment.inputs.empty()) {
+        node.fail("inputs: one of the keys scenes, cases, pair_files, generated, external", "none");
+    }
 }
 
 /// Keys that have a meaning beside the frames, the clock and the perturbations that the experiment names.
@@ -173,9 +201,15 @@ std::vector<std::string> keys_of(const Experiment& experiment) {
     if (experiment.frames == closed_loop) add({"responses", "contacts", "steppers"});
     if (paced || experiment.perturbed) return keys;
     add({"cases", "sweep", "truth_stride"});
-    if (experiment.frames == replay) add({"pair_files", "between_ticks", "generated", "contacts", "cycles"});
+    if (experiment.frames == replay)
+        add({"pair_files", "between_ticks", "generated", "external", "contacts", "cycles"});
     if (experiment.frames == closed_loop) add({"detail_stride", "against"});
     return keys;
+}
+
+/// True when a method of that text is among the experiment's detectors or responses.
+bool names(const std::vector<Level>& levels, const std::string& text) {
+    return std::any_of(levels.begin(), levels.end(), [&text](const Level& one) { return one.text == text; });
 }
 
 Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::int64_t repetitions) {
@@ -211,6 +245,15 @@ Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::i
             if (node.has(key)) node.at(key).fail("a key of scenes that are no generated ones", key);
         }
     }
+    if (node.has("external")) {
+        for (const char* key : {"cycles", "truth_stride", "between_ticks", "repetitions", "sweep"}) {
+            if (node.has(key)) node.at(key).fail("no such key beside external data", key);
+        }
+        if (const auto reference = node.at("external").find("reference");
+            reference && !names(experiment.detectors, read_method(*reference, true).text)) {
+            reference->fail("one of the experiment's detectors");
+        }
+    }
     if (node.has("cycles")) experiment.cycles = node.at("cycles").integer(1, 1000);
     if (node.has("contacts")) experiment.contacts = read_contact_generators(node.at("contacts"));
     if (node.has("against")) experiment.against = read_against(node.at("against"), experiment);
@@ -230,11 +273,6 @@ Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::i
         node.at("repetitions").fail("at least 2: a fresh process is one of the perturbations");
     }
     return experiment;
-}
-
-/// True when a method of that text is among the experiment's detectors or responses.
-bool names(const std::vector<Level>& levels, const std::string& text) {
-    return std::any_of(levels.begin(), levels.end(), [&text](const Level& one) { return one.text == text; });
 }
 
 /// A text that names a folder.

@@ -73,6 +73,7 @@ std::vector<std::string> generators_of(const Experiment& experiment, const Level
 /// What a run is to the report. Sections select runs by it.
 std::string mode_of(const Experiment& experiment, Input::Kind input) {
     if (experiment.perturbed) return "metamorphic";
+    if (input == Input::Kind::external) return "external";
     if (input != Input::Kind::scene && input != Input::Kind::generated) return "hard_case";
     if (experiment.clock == Experiment::Clock::paced) return "paced";
     if (experiment.sweep) return "work_precision";
@@ -204,13 +205,14 @@ void add_experiment(const Study& study, const Experiment& experiment, std::int64
                     if (!contacts.empty() && !unreported(detector, contacts).empty()) continue;
                     PlannedRun run = planned(study, experiment, repetition, detector, response, contacts);
                     set_input(experiment, input, run);
-                    if (input.kind == Input::Kind::generated) {
+                    const bool generated = input.kind == Input::Kind::generated;
+                    if (generated || input.kind == Input::Kind::external) {
                         run.group = fmt::format("{} {}", &experiment - study.experiments.data(), input.file);
-                        if (detector.text == study.reference && !experiment.sweep) {
-                            PlannedRun again = run;
-                            again.spec.repetition = 1;
-                            add_combination(experiment, again, runs);
-                        }
+                    }
+                    if (generated && detector.text == study.reference && !experiment.sweep) {
+                        PlannedRun again = run;
+                        again.spec.repetition = 1;
+                        add_combination(experiment, again, runs);
                     }
                     if (!run.settled || repetition == 0) add_combination(experiment, run, runs);
                 }
@@ -223,6 +225,7 @@ double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {
     const auto ticks = static_cast<double>(spec.ticks);
     const auto triangles = static_cast<double>(facts.triangles);
     if (is_generated(spec)) return 0.4 + 2e-6 * triangles;
+    if (is_external(spec)) return 2.0;
     constexpr double start = 0.05;            // s, process and scene
     constexpr double tick = 1.0e-4;           // s
     constexpr double tick_triangle = 1.0e-7;  // s per triangle

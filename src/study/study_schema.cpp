@@ -40,9 +40,9 @@ std::string study_schema() {
   },
   "$defs": {
     "experiment": {
-      "description": "A product: inputs x detectors x responses x contact generators x steppers x values of the sweep, less what a method excludes. Inputs are scenes, cases or pair_files; or generated scenes, on each of which all detectors take turns in one process",
+      "description": "A product: inputs x detectors x responses x contact generators x steppers x values of the sweep, less what a method excludes. Inputs are scenes, cases or pair_files; or generated scenes, on each of which all detectors take turns in one process; or external data, likewise",
       "type": "object", "additionalProperties": false, "required": ["frames", "detectors"],
-      "anyOf": [{"required": ["scenes"]}, {"required": ["cases"]}, {"required": ["pair_files"]}, {"required": ["generated"]}],
+      "anyOf": [{"required": ["scenes"]}, {"required": ["cases"]}, {"required": ["pair_files"]}, {"required": ["generated"]}, {"required": ["external"]}],
       "properties": {
         "frames": {"enum": ["replay", "closed_loop"], "description": "replay: every detector on the same prescribed frames. closed_loop: every combination drives its own copy of the scene; needs responses"},
         "clock": {"enum": ["back_to_back", "paced"], "default": "back_to_back", "description": "paced: a closed loop released by the clock, one tick per dt of the scene, beside an empty loop; takes as long as it simulates, twice; never judged"},
@@ -51,6 +51,13 @@ std::string study_schema() {
         "cases": {"type": "string", "minLength": 1, "description": "Folder of cases, each a folder with expected.json; relative to the study file. A replay takes the cases of meshes, a closed loop those that are scenes"},
         "pair_files": {"type": "array", "minItems": 1, "items": {"type": "string", "pattern": "^data:"}, "description": "Replay. Files of triangle pairs with truth, as trocar tritri reads them; without the data folder they become rows 'unsupported (no data)'"},
         "generated": {"type": "array", "minItems": 1, "uniqueItems": true, "items": {"type": "string", "minLength": 1}, "description": "Replay, and no other input. Scenes of any size by their text, NAME[:key=value,...] as in trocar list. Detectors take turns in one process on equal frames, 160 ticks unless ticks says otherwise and about half a second each; the study's reference takes part twice, which gives the noise. No cycles, truth_stride, between_ticks, repetitions"},
+        "external": {"type": "object", "additionalProperties": false, "required": ["format", "files", "source", "licence"], "description": "Replay, and no other input. Data of other groups with answers that nobody here computed; detectors take turns in one process, 5 rounds unless ticks says otherwise. No cycles, truth_stride, between_ticks, repetitions, sweep",
+          "properties": {
+            "format": {"enum": ["scalable_ccd", "fcl_scenario", "triangle_pairs", "ccd_queries"], "description": "scalable_ccd: folders with two frames, candidates and their answers (Sample-Scalable-CCD-Data). fcl_scenario: scenarios of FCL's test models; pairs by the exact oracle. triangle_pairs: files as trocar tritri reads them. ccd_queries: files of the Sample-Queries, in folders vertex-face or edge-edge"},
+            "files": {"type": "array", "minItems": 1, "items": {"type": "string", "pattern": "^data:"}, "description": "Without the data folder they become rows 'unsupported (no data)'"},
+            "source": {"type": "string", "minLength": 1, "description": "Printed under the table: who computed the answers, and where the data are from"},
+            "licence": {"type": "string", "minLength": 1},
+            "reference": {"$ref": "#/$defs/method", "description": "Detector that ratios of times are taken to"}}},
         "cycles": {"type": "integer", "minimum": 1, "maximum": 1000, "description": "Replay of scenes. Repeat the motion of the one body that has one, each time in another direction: the worst tick of a long run; ticks says how long"},
         "detectors": {"$ref": "#/$defs/methods", "description": "In a closed loop an entry that is an object may hold 'judged': false: its runs are timed and not judged; what truth says of a run that moves alike, bit by bit, is taken for them too"},
         "responses": {"$ref": "#/$defs/methods", "description": "Closed loop. An entry that is an object may hold 'detectors', 'contacts' and 'steppers': what it runs with instead of the experiment's"},

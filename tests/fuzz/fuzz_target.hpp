@@ -27,6 +27,7 @@ void replay(std::string_view input);
 void baseline(std::string_view input);
 void response_cases(std::string_view input);
 void pairs(std::string_view input);
+void external_data(std::string_view input);
 void lines(std::string_view input);
 void record(std::string_view input);
 void report(std::string_view input);

@@ -31,6 +31,7 @@ SOURCES = {
     'record': ['measure/record.cpp', 'measure/record.hpp', 'contact/outcome.cpp'],
     'report': ['measure/record.cpp', 'measure/record.hpp', 'measure/metrics.*', 'contact/outcome.cpp', 'report/worst_tick*.cpp'],
     'response_cases': ['app/command_respond.cpp', 'app/respond_*.cpp', 'app/respond_*.hpp'],
+    'external_data': ['scene/fcl_scenario.cpp', 'scene/ccd_queries.cpp'],
     'pairs': ['geometry/pair_file.cpp', 'geometry/exact.cpp'],
 }
 
@@ -287,6 +288,9 @@ def seeds(project, data):
     for file in sorted((project / 'reports').glob('*/worst_tick.json')):
         yield 'report', f'worst-{file.parent.name}', json.dumps(json.loads(file.read_text())) + '\n' + json.dumps(dict(one, rows={}))
     yield 'pairs', 'two', '0 0 0 1 0 0 0 1 0 0.2 0.2 -1 0.2 0.2 1 0.3 0.4 1 1 transversal\n0 0 0 1 0 0 0 1 0 5 5 5 6 5 5 5 6 5\n'
+    yield 'external_data', 'scenario', ('<OBJECT id="1"><GRID id="1" x="0" y="0" z="0"/><TRIA id="1" g1="1" g2="1" g3="1"/></OBJECT>\n' * 2
+        + '<FRAME id="1" obj1_pos="0 0 0" obj2_pos="1 2 3" obj1_dc="1 0 0 0 1 0 0 0 1" obj2_dc="1 0 0 0 1 0 0 0 1"/>\n')
+    yield 'external_data', 'query', '0,1,1,2,-3,4,1\n' * 8
     yield 'response_cases', 'none', '{"format": "response-cases-1", "cases": []}'
     if data:
         yield from raw_seeds(data)

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "support/shapes.hpp"
 
@@ -82,6 +83,30 @@ TEST(ElasticFoundation, DependsOnTheDepthsAloneWhateverPathTheBodiesCame) {
     ElasticFoundation mirrored(halved, {{0, 1}}, 3, halved.first.position);
     EXPECT_EQ(mirrored.energy(halved.first.position, 0.0, nullptr, gap), 0.0);
     EXPECT_NEAR(mirrored.energy(-halved.first.position, 0.0, nullptr, gap), energy_at(1e-3), 1e-15);
+}
+
+TEST(ElasticFoundation, HoldsARigidBallAsItsClosedFormSays) {
+    // Depth is the distance to the ball's surface. Its integral over the plane is F = kappa pi d^2 (R - d), and the
+    // energy, the integral of F, kappa pi (R d^3 / 3 - d^4 / 4).
+    constexpr double kappa = 3e6;  // N/m³, the default law
+    constexpr double radius = 0.01;
+    const test::World world = test::make_world(
+        "ball", {{.kind = BodyKind::tissue, .shape = test::sheet(0.016, 16), .closed = false},
+                 {.kind = BodyKind::instrument, .shape = test::sphere(radius, 48).move({0, 0, 2.0 * radius})}});
+    Scene scene;
+    scene.topology = world.topology;
+    scene.first.position = world.frame.position;
+    scene.materials.contact_laws.assign(scene.topology.body_pairs.size(), {.k = std::nan(""), .mu = 0.0});
+    ElasticFoundation foundation(scene, {{0, 1}}, 2, scene.first.position);
+    const Range ball = scene.topology.bodies[0].kind == BodyKind::instrument ? scene.topology.bodies[0].vertices
+                                                                             : scene.topology.bodies[1].vertices;
+    for (const double deep : {1e-3, 2e-3}) {
+        Matrix3X x = scene.first.position;
+        x.middleCols(ball.first, ball.count).row(2).array() -= radius + deep;
+        double gap = 0.0;
+        const double expected = kappa * std::numbers::pi * (radius * std::pow(deep, 3) / 3.0 - std::pow(deep, 4) / 4.0);
+        EXPECT_NEAR(foundation.energy(x, 0.0, nullptr, gap), expected, 0.03 * expected) << deep;
+    }
 }
 
 TEST(ElasticFoundation, TooDeepIsMoreThanThreeQuartersOfTheLargestDepthInside) {

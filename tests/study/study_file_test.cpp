@@ -131,6 +131,41 @@ TEST_F(StudyFile, GeneratedScenesHaveKeysOfTheirOwn) {
     expect(closed_loop + R"("generated":["balls"],"detectors":["ohc"],"responses":["penalty"])", "generated");
 }
 
+TEST_F(StudyFile, ExternalDataAreOneGroupPerInputAndSkippedWithoutTheFolder) {
+    const std::string external = replay + R"("detectors":["ohc","brute_force"],"external":{"format":"triangle_pairs",
+        "files":["data:a/x.txt","data:a/y.txt"],"source":"S 2023","licence":"MIT","reference":"ohc"})";
+    std::map<std::string, std::multiset<std::string>> groups;
+    for (PlannedRun run : make_plan(read(study_of({external})))) {
+        ASSERT_TRUE(is_external(run.spec));
+        EXPECT_EQ(run.spec.mode, "external");
+        complete_run(external_facts(run.spec, folder_.path()), run);
+        ASSERT_TRUE(run.settled.has_value());
+        EXPECT_EQ(run.settled->message, "no data");
+        EXPECT_EQ(run.facts.at("case.source"), "S 2023");
+        EXPECT_EQ(run.facts.at("case.licence"), "MIT");
+        EXPECT_EQ(run.facts.at("case.reference"), "ohc");
+        groups[run.group + "|" + run.spec.scene].insert(run.spec.detector);
+    }
+    ASSERT_EQ(groups.size(), 2U) << "one process per input";
+    for (const auto& [group, detectors] : groups) {
+        EXPECT_EQ(detectors, (std::multiset<std::string>{"brute_force", "ohc"})) << group;
+    }
+}
+
+TEST_F(StudyFile, ExternalDataHaveKeysOfTheirOwn) {
+    const auto expect = [this](const std::string& inside, const std::string& beside, const std::string& part) {
+        expect_complaint(study_of({replay + R"("detectors":["ohc"],"external":{)" + inside + "}" + beside}), part);
+    };
+    const std::string good_one = R"("format":"fcl_scenario","files":["data:a.txt"],"source":"S","licence":"L")";
+    EXPECT_NO_THROW((void)read(study_of({replay + R"("detectors":["ohc"],"external":{)" + good_one + "}"})));
+    expect(R"("format":"fcl","files":["data:a.txt"],"source":"S","licence":"L")", "", "/external/format");
+    expect(R"("format":"fcl_scenario","files":["a.txt"],"source":"S","licence":"L")", "", "/external/files/0");
+    expect(R"("format":"fcl_scenario","files":["data:a.txt"],"source":"S")", "", "licence");
+    expect(good_one + R"(,"reference":"brute_force")", "", "/external/reference");
+    expect(good_one, R"(,"scenes":["a.json"])", "/external: expected external data alone");
+    expect(good_one, R"(,"truth_stride":2)", "/truth_stride: expected no such key beside external data");
+}
+
 TEST_F(StudyFile, CyclesRepeatTheMotionOfAReplay) {
     const Study study = read(study_of({replay + R"("scenes":["a.json"],"detectors":["ohc"],"cycles":7,"ticks":500)"}));
     const std::vector<PlannedRun> plan = make_plan(study);
