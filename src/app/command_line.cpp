@@ -138,7 +138,7 @@ int run_command(int argc, char** argv) {
     sub->add_option("--ticks", run_options.ticks, "Ticks to run instead of the scene's number");
     sub->add_option("--record", run_options.record, "Write the frames as a recording");
     sub->add_flag("--paced", run_options.paced,
-                  "Release one tick per dt by the clock, without judging; beside an empty loop");
+                  "Release one tick per dt by the clock, without judging; in turns with an empty loop");
     sub->add_flag(
         "--explain-step", run_options.explain_step,
         "Run nothing: say what step tissue and operators bear, which vertex and edge decide, and what a tick costs");

@@ -185,12 +185,14 @@ void print_text(const Scene& scene, const Record& record) {
                    tail(stage_p99(stage)));
     }
     if (record.spec.mode == "paced") {
-        fmt::print("paced      from release to end: median {}, p99 {}, longest {}; {} misses, longest burst {}\n",
-                   us(Metric::paced_median_ns), tail(Metric::paced_p99_ns), us(Metric::paced_max_ns),
-                   plain(Metric::paced_misses), plain(Metric::paced_burst));
-        fmt::print("           empty loop:          median {}, p99 {}, longest {}; {} misses\n",
-                   us(Metric::empty_median_ns), tail(Metric::empty_p99_ns), us(Metric::empty_max_ns),
-                   plain(Metric::empty_misses));
+        fmt::print(
+            "paced      from release to end: median {}, p99 {}, longest {}; {} overruns in {} ticks, {} skipped\n",
+            us(Metric::paced_latency_median_ns), tail(Metric::paced_latency_p99_ns), us(Metric::paced_latency_max_ns),
+            plain(Metric::paced_overruns), plain(Metric::paced_ticks), plain(Metric::paced_skipped));
+        fmt::print(
+            "           empty loop:          median {}, p99 {}, longest {}; {} overruns in {} ticks, {} skipped\n",
+            us(Metric::empty_latency_median_ns), tail(Metric::empty_latency_p99_ns), us(Metric::empty_latency_max_ns),
+            plain(Metric::empty_overruns), plain(Metric::empty_ticks), plain(Metric::empty_skipped));
     }
     fmt::print("memory     allocations in a tick: median {}, most {}\n", plain(Metric::allocations_median),
                plain(Metric::allocations_max));

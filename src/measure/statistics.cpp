@@ -65,6 +65,11 @@ std::optional<double> tail_quantile(const std::vector<double>& values, double q)
     return quantile(values, q);
 }
 
+double quantile_with_ten_above(const std::vector<double>& values, double q) {
+    constexpr double rounding = 1e-9;
+    return static_cast<double>(values.size()) * (1.0 - q) < 10.0 - rounding ? not_known : quantile(values, q);
+}
+
 double geometric_mean(const std::vector<double>& values) {
     double sum = 0.0;
     std::size_t count = 0;

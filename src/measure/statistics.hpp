@@ -24,6 +24,9 @@ double quantile(std::vector<double> values, double q);
 /// 1e5 beyond (STUDIES, Measuring).
 std::optional<double> tail_quantile(const std::vector<double>& values, double q);
 
+/// As quantile, but NaN where fewer than ten values lie above it: for fewer than 1000 values at 99 %, 10 000 at 99.9 %.
+double quantile_with_ten_above(const std::vector<double>& values, double q);
+
 /// Positive values only; NaN for none or when one is not positive.
 double geometric_mean(const std::vector<double>& values);
 

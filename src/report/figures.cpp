@@ -160,7 +160,8 @@ std::string by_stepper(const std::string& stepper) { return stepper.empty() ? st
 std::string Method::label() const {
     std::string text = detector;
     if (!response.empty()) text += (text.empty() ? "" : " + ") + response;
-    if (!contacts.empty() && (mode == "closed_loop" || (mode == "replay" && contacts != "intersection")))
+    if (!contacts.empty() &&
+        (mode == "closed_loop" || mode == "paced" || (mode == "replay" && contacts != "intersection")))
         text += " (" + contacts + ")";
     return text + by_stepper(stepper);
 }

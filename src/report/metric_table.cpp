@@ -97,9 +97,10 @@ Table table_of(const Draft& draft, const MetricTable& content) {
     if (by_motion) names.columns.push_back({"class", false});
     names.columns.push_back({"scene", false});
     const bool alone = content.mode == "replay" || content.mode == "repeated_motion";
-    names.columns.push_back({alone                           ? "detector"
-                             : content.mode == "closed_loop" ? "detector + response (contact generator)"
-                                                             : "detector + response",
+    const bool with_contacts = content.mode == "closed_loop" || content.mode == "paced";
+    names.columns.push_back({alone           ? "detector"
+                             : with_contacts ? "detector + response (contact generator)"
+                                             : "detector + response",
                              false});
     const std::vector<Method> methods = draft.results.methods(content.mode);
     std::vector<MetricRow> rows;

@@ -10,6 +10,7 @@
 
 #include "geometry/input_error.hpp"
 #include "geometry/number_text.hpp"
+#include "geometry/random.hpp"
 #include "method/registry.hpp"
 
 namespace trocar {
@@ -28,7 +29,7 @@ std::map<std::string, double> parse(const std::string& text) {
         const auto& knobs = scene_knobs();
         if (std::none_of(knobs.begin(), knobs.end(),
                          [&name = name](const SceneKnob& knob) { return knob.name == name; }))
-            fail("dt, k, substeps or cycles");
+            fail("dt, k, substeps, cycles or dither");
         const double value = number_of_text<double>(digits).value_or(0.0);
         if (!(value > 0.0) || !std::isfinite(value)) fail("a number > 0");
         if ((name == "substeps" || name == "cycles") && (value != std::floor(value) || value > 1000.0)) {
@@ -63,13 +64,48 @@ void repeat_motion(std::int64_t cycles, Scene& scene) {
     scene.ticks = std::llround(period * static_cast<double>(cycles) / scene.dt);
 }
 
+/// Rotation vector, degrees, of a unit rotation.
+Vector3 rotation_degrees_of(const Quaternion& rotation) {
+    const Eigen::AngleAxisd turn(rotation);
+    return turn.axis() * (turn.angle() * 180.0 / std::numbers::pi);
+}
+
+void dither_scripts(double amplitude, Scene& scene) {
+    Random random(scene.seed);
+    std::vector<Vector3> offsets{Vector3::Zero()};  // the run starts as the file says
+    offsets.reserve(static_cast<std::size_t>(scene.ticks) + 1);
+    for (std::int64_t tick = 1; tick <= scene.ticks; ++tick) {
+        const std::uint64_t bits = random.next();
+        const auto sign = [bits](unsigned bit) { return ((bits >> bit) & 1U) != 0 ? 1.0 : -1.0; };
+        offsets.push_back(amplitude / std::sqrt(3.0) * Vector3(sign(0), sign(1), sign(2)));
+    }
+    bool any = false;
+    for (SceneBody& body : scene.bodies) {
+        if (!body.motion || body.motion->drive != Drive::prescribed) continue;
+        any = true;
+        std::vector<MotionKey> keys;
+        keys.reserve(offsets.size());
+        for (std::size_t tick = 0; tick < offsets.size(); ++tick) {
+            const double time = scene.dt * static_cast<double>(tick);
+            const Pose pose = body.motion->pose_at(time);
+            keys.push_back({.time = time,
+                            .translation = pose.translation + offsets[tick],
+                            .rotation_degrees = rotation_degrees_of(pose.rotation),
+                            .jaw = pose.jaw});
+        }
+        body.motion->keys = std::move(keys);
+    }
+    if (!any) throw InputError(scene.name, "/bodies", "a body with a prescribed motion to dither", "none");
+}
+
 }  // namespace
 
 const std::vector<SceneKnob>& scene_knobs() {
     static const std::vector<SceneKnob> knobs{{"dt", "s", "length of a tick"},
                                               {"k", "N/m", "contact stiffness between every two bodies"},
                                               {"substeps", "1", "steps of the tissue's integrator per tick"},
-                                              {"cycles", "1", "repetitions of the motion, each in another direction"}};
+                                              {"cycles", "1", "repetitions of the motion, each in another direction"},
+                                              {"dither", "m", "displacement of scripted bodies at every tick"}};
     return knobs;
 }
 
@@ -89,6 +125,8 @@ void apply_overrides(const std::string& overrides, Scene& scene) {
             }
         } else if (name == "cycles") {
             repeat_motion(static_cast<std::int64_t>(value), scene);
+        } else if (name == "dither") {
+            dither_scripts(value, scene);
         } else {
             scene.materials.substeps = static_cast<int>(value);
         }

@@ -12,6 +12,7 @@
 #include "measure/metrics.hpp"
 #include "measure/passage.hpp"
 #include "measure/space_time.hpp"
+#include "measure/tip_stiffness.hpp"
 #include "method/device.hpp"
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
@@ -313,14 +314,33 @@ private:
     std::unique_ptr<Against> against_;
 };
 
-/// `loop`: "paced", or "empty" for the loop beside it.
-void add_latency(const std::string& loop, const PacedLatency& latency, Summary& summary) {
-    summary[metric_of(loop + "_median_ns")] = latency.median_ns;
-    summary[metric_of(loop + "_p99_ns")] = latency.p99_ns;
-    summary[metric_of(loop + "_p999_ns")] = latency.p999_ns;
-    summary[metric_of(loop + "_max_ns")] = latency.max_ns;
-    summary[metric_of(loop + "_misses")] = latency.misses;
-    summary[metric_of(loop + "_burst")] = latency.burst;
+/// `loop`: "paced", or "empty" for the loop that takes turns with it.
+void add_loop(const std::string& loop, const PacedFigures& figures, Summary& summary) {
+    const auto put = [&](const char* name, double value) { summary[metric_of(loop + name)] = value; };
+    put("_ticks", figures.ticks);
+    put("_overruns", figures.overruns);
+    put("_skipped", figures.skipped);
+    put("_latency_median_ns", figures.latency_median_ns);
+    put("_latency_p99_ns", figures.latency_p99_ns);
+    put("_latency_p999_ns", figures.latency_p999_ns);
+    put("_latency_max_ns", figures.latency_max_ns);
+    put("_cpu_median_ns", figures.cpu_median_ns);
+    put("_cpu_p999_ns", figures.cpu_p999_ns);
+    put("_switches", figures.switches);
+    put("_age_p99_ns", figures.age_p99_ns);
+}
+
+/// Runs the ticks by the clock, at most one in each of as many periods.
+void run_by_the_clock(const Scene& scene, std::int64_t ticks, const std::function<bool()>& do_tick, Record& record) {
+    const auto period_ns = static_cast<std::int64_t>(std::llround(scene.dt * 1e9));
+    const PacedRun run = run_in_turns(ticks, period_ns, machine_clock(), do_tick);
+    add_loop("paced", figures_of(run.work, period_ns), record.summary);
+    add_loop("empty", figures_of(run.empty, period_ns), record.summary);
+    record.summary[Metric::paced_steal] = run.steal;
+    const TipStiffness tip = tip_stiffness(scene, record.rows);
+    record.summary[Metric::paced_force_step_p999_n] = tip.force_step_p999_n;
+    record.summary[Metric::paced_stiffness_p999_n_per_m] = tip.stiffness_p999_n_per_m;
+    record.summary[Metric::paced_damping_ns_per_m] = passivity_damping(tip.stiffness_p999_n_per_m, scene.dt);
 }
 
 }  // namespace
@@ -414,10 +434,7 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
         return record.outcome.ok();
     };
     if (spec.mode == "paced" && record.outcome.ok()) {
-        const auto period_ns = static_cast<std::int64_t>(std::llround(scene.dt * 1e9));
-        const PacedBeside times = run_beside_empty(ticks, period_ns, do_tick);
-        add_latency("paced", latency_of(times.work, period_ns), record.summary);
-        add_latency("empty", latency_of(times.empty, period_ns), record.summary);
+        run_by_the_clock(scene, ticks, do_tick, record);
     } else {
         while (do_tick()) {
         }

@@ -46,7 +46,7 @@ Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limi
 
 /// Detector and response drive their own copy of the scene. Judged by geometry on the frame after each tick. The modes
 /// `paced` and `cost_by_size` are not judged and not watched, since both would take measured time. `paced` has one
-/// release per tick by the clock, beside an empty loop in a thread of its own (paced.hpp).
+/// period for at most one tick, in turns with an empty loop (paced.hpp), and ends with its periods.
 Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits& limits = {});
 
 /// The closed loop of a scene with an interval without contact, after the same with contact at every tick; compared by

@@ -67,7 +67,7 @@ struct Experiment {
     };
     enum class Clock : std::uint8_t {
         back_to_back,  ///< the next tick begins when one ends
-        paced          ///< one tick per dt, beside an empty loop (simulate/paced.hpp); not judged
+        paced          ///< at most one tick per dt, in turns with an empty loop (simulate/paced.hpp); not judged
     };
     Frames frames = Frames::replay;
     Clock clock = Clock::back_to_back;
@@ -80,6 +80,7 @@ struct Experiment {
     /// Partner of every run in its process: a stepper that runs the scene in step, or `twin`; empty: none.
     std::string against;
     std::int64_t cycles = 0;       ///< scenes repeat their motion so often (simulate/overrides.hpp); 0: not
+    double dither = 0.0;           ///< m, of scripted bodies in paced runs (simulate/overrides.hpp); 0: none
     bool perturbed = false;        ///< every run is compared with itself under perturbations (simulate/metamorphic.hpp)
     std::int64_t ticks = 0;        ///< 0: as the scene says; at the scene's dt
     std::int64_t repetitions = 1;  ///< processes per combination; cases and pair files run once

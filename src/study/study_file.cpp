@@ -199,6 +199,7 @@ std::vector<std::string> keys_of(const Experiment& experiment) {
     };
     const bool paced = experiment.clock == Experiment::Clock::paced;
     if (experiment.frames == closed_loop) add({"responses", "contacts", "steppers"});
+    if (paced) add({"dither"});
     if (paced || experiment.perturbed) return keys;
     add({"cases", "sweep", "truth_stride"});
     if (experiment.frames == replay)
@@ -254,6 +255,7 @@ Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::i
             reference->fail("one of the experiment's detectors");
         }
     }
+    if (node.has("dither")) experiment.dither = node.at("dither").positive();
     if (node.has("cycles")) experiment.cycles = node.at("cycles").integer(1, 1000);
     if (node.has("contacts")) experiment.contacts = read_contact_generators(node.at("contacts"));
     if (node.has("against")) experiment.against = read_against(node.at("against"), experiment);

@@ -110,6 +110,7 @@ void set_input(const Experiment& experiment, const Input& input, PlannedRun& run
     run.spec.scene = input.name.empty() ? std::filesystem::path(input.file).stem().string() : input.name;
     if (input.ticks > 0) run.spec.ticks = input.ticks;
     run.facts = input.facts;
+    if (experiment.dither > 0.0) run.spec.overrides = fmt::format("dither={}", experiment.dither);
     if (experiment.cycles > 0) run.spec.overrides = fmt::format("cycles={}", experiment.cycles);
     if (run.spec.mode == "replay") run.spec.between_ticks = experiment.between_ticks;
     if (run.spec.mode == "closed_loop") {

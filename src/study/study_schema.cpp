@@ -45,7 +45,7 @@ std::string study_schema() {
       "anyOf": [{"required": ["scenes"]}, {"required": ["cases"]}, {"required": ["pair_files"]}, {"required": ["generated"]}, {"required": ["external"]}],
       "properties": {
         "frames": {"enum": ["replay", "closed_loop"], "description": "replay: every detector on the same prescribed frames. closed_loop: every combination drives its own copy of the scene; needs responses"},
-        "clock": {"enum": ["back_to_back", "paced"], "default": "back_to_back", "description": "paced: a closed loop released by the clock, one tick per dt of the scene, beside an empty loop; takes as long as it simulates, twice; never judged"},
+        "clock": {"enum": ["back_to_back", "paced"], "default": "back_to_back", "description": "paced: a closed loop released by the clock, at most one tick per dt of the scene, in turns with an empty loop; takes as long as its ticks at full rate, twice; never judged"},
         "perturbed": {"type": "boolean", "default": false, "description": "Every run is compared with itself: asked twice, in a fresh process, with triangles and bodies in another order, a pair swapped, the origin moved, lengths in millimetres. A replay takes about 20 frames of each scene"},
         "scenes": {"$ref": "#/$defs/scenes"},
         "cases": {"type": "string", "minLength": 1, "description": "Folder of cases, each a folder with expected.json; relative to the study file. A replay takes the cases of meshes, a closed loop those that are scenes"},
@@ -58,6 +58,7 @@ std::string study_schema() {
             "source": {"type": "string", "minLength": 1, "description": "Printed under the table: who computed the answers, and where the data are from"},
             "licence": {"type": "string", "minLength": 1},
             "reference": {"$ref": "#/$defs/method", "description": "Detector that ratios of times are taken to"}}},
+        "dither": {"type": "number", "exclusiveMinimum": 0, "description": "Paced loops. Length in m by which scripted bodies are displaced at every tick, each time in another direction, drawn by the scene's seed: a hand never rests, and the apparent stiffness is that of small displacements"},
         "cycles": {"type": "integer", "minimum": 1, "maximum": 1000, "description": "Replay of scenes. Repeat the motion of the one body that has one, each time in another direction: the worst tick of a long run; ticks says how long"},
         "detectors": {"$ref": "#/$defs/methods", "description": "In a closed loop an entry that is an object may hold 'judged': false: its runs are timed and not judged; what truth says of a run that moves alike, bit by bit, is taken for them too"},
         "responses": {"$ref": "#/$defs/methods", "description": "Closed loop. An entry that is an object may hold 'detectors', 'contacts' and 'steppers': what it runs with instead of the experiment's"},

@@ -27,7 +27,8 @@ TEST(Schema, FiguresReportUnitDirectionMeaningAndSourceOnce) {
         EXPECT_TRUE(names.insert(figure["name"]).second) << figure;
         for (const char* key : {"unit", "better", "meaning", "source"}) EXPECT_TRUE(figure.contains(key)) << figure;
     }
-    for (const char* name : {"ticks_to_clear_max", "overlap_volume_max_m3", "paced_p99_ns", "force_error_rms_hard"}) {
+    for (const char* name :
+         {"ticks_to_clear_max", "overlap_volume_max_m3", "paced_age_p99_ns", "force_error_rms_hard"}) {
         EXPECT_TRUE(names.contains(name)) << name;
     }
 }

@@ -153,6 +153,16 @@ void expect_refused(const std::string& line, const std::string& place) {
     EXPECT_NE(what.find(place), std::string::npos) << what;
 }
 
+TEST(RecordLine, FiguresOfTheLoopThatDelayedItsReleasesAreNotRead) {
+    Record record = sample();
+    record.summary[Metric::paced_ticks] = 7.0;
+    const std::string line = to_json_line(record);
+    const std::string old =
+        replaced(line, "\"paced_ticks\":", "\"paced_misses\":3,\"empty_max_ns\":4,\"paced_ticks\":");
+    EXPECT_EQ(to_json_line(record_from_json_line(old, "f", 1)), line);
+    expect_refused(replaced(line, "\"paced_ticks\":", "\"paced_hits\":"), "/summary/paced_hits");
+}
+
 TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
     const std::string line = to_json_line(sample());
     const struct {

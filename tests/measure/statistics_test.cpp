@@ -41,6 +41,17 @@ TEST(TailQuantile, TooFewTicksGiveNoAnswer) {
     EXPECT_TRUE(tail_quantile({1.0}, 0.5).has_value());
 }
 
+TEST(TailQuantile, TenValuesLieAboveAQuantile) {
+    std::vector<double> values(999, 1.0);
+    EXPECT_TRUE(std::isnan(quantile_with_ten_above(values, 0.99)));
+    values.push_back(1.0);
+    EXPECT_EQ(quantile_with_ten_above(values, 0.99), 1.0);
+    values.resize(9999, 1.0);
+    EXPECT_TRUE(std::isnan(quantile_with_ten_above(values, 0.999)));
+    values.push_back(2.0);
+    EXPECT_EQ(quantile_with_ten_above(values, 0.999), 1.0);
+}
+
 TEST(GeometricMean, KnownValues) {
     EXPECT_DOUBLE_EQ(geometric_mean({1.0, 100.0}), 10.0);
     EXPECT_DOUBLE_EQ(geometric_mean({0.5, 2.0, nan}), 1.0);

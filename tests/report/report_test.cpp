@@ -895,53 +895,80 @@ TEST(Report, AQuantileThatOneProcessLacksIsOfTooFewTicks) {
     EXPECT_LT(markdown.find("| n too small |", row), markdown.find('\n', row));
 }
 
-TEST(Report, PacedLoopStandsBesideTheEmptyOne) {
-    Record record = synthetic({.mode = "paced"});
+/// A run by the clock, with figures of both loops.
+Record clocked(const std::string& detector, double ticks, double overruns) {
+    Record record = synthetic({.mode = "paced", .detector = detector});
     record.summary.merge(Summary{{Metric::substeps, 4},
-                                 {Metric::paced_median_ns, 110e3},
-                                 {Metric::paced_p99_ns, 400e3},
-                                 {Metric::paced_p999_ns, not_known},
-                                 {Metric::paced_max_ns, 1.5e6},
-                                 {Metric::paced_misses, 3},
-                                 {Metric::paced_burst, 2},
-                                 {Metric::empty_median_ns, 1e3},
-                                 {Metric::empty_p99_ns, 4e3},
-                                 {Metric::empty_max_ns, 90e3},
-                                 {Metric::empty_misses, 0}});
-    test::expect_holds(test::whole(make_report({record})),
-                       {"| poke | `mine + push` | 1100 | 4 | 110 | 400 | n too small | 1500 | 3 of 1100 | 2 "
-                        "| 1.00 / 90.0 | 0 of 1100 |"});
+                                 {Metric::paced_ticks, ticks},
+                                 {Metric::paced_overruns, overruns},
+                                 {Metric::paced_skipped, 1000.0 - ticks},
+                                 {Metric::paced_latency_median_ns, 130e3},
+                                 {Metric::paced_latency_p99_ns, 700e3},
+                                 {Metric::paced_latency_p999_ns, not_known},
+                                 {Metric::paced_latency_max_ns, 1.5e6},
+                                 {Metric::paced_cpu_median_ns, 110e3},
+                                 {Metric::paced_cpu_p999_ns, not_known},
+                                 {Metric::paced_switches, 6},
+                                 {Metric::paced_steal, 0.025},
+                                 {Metric::paced_age_p99_ns, 1.4e6},
+                                 {Metric::paced_force_step_p999_n, 0.02},
+                                 {Metric::paced_stiffness_p999_n_per_m, 2000},
+                                 {Metric::paced_damping_ns_per_m, 1},
+                                 {Metric::empty_ticks, 1000},
+                                 {Metric::empty_overruns, 1},
+                                 {Metric::empty_skipped, 2},
+                                 {Metric::empty_latency_median_ns, 1e3},
+                                 {Metric::empty_latency_p999_ns, 9e3},
+                                 {Metric::empty_latency_max_ns, 90e3},
+                                 {Metric::empty_cpu_median_ns, 300},
+                                 {Metric::empty_cpu_p999_ns, 2e3},
+                                 {Metric::empty_switches, 5},
+                                 {Metric::empty_age_p99_ns, 1.01e6}});
+    return record;
 }
 
-TEST(Report, PacedTicksAreHeldAgainstTheReferenceOnTheSameTicks) {
-    const auto paced = [](const char* detector, const char* stepper, double total_ns, double update_ns) {
-        Record record = synthetic({.mode = "paced", .detector = detector});
-        record.spec.stepper = stepper;
-        record.environment["study.reference"] = "theirs";
-        record.summary[Metric::total_median_ns] = total_ns;
-        record.summary[Metric::update_median_ns] = update_ns;
-        record.summary[Metric::detect_median_ns] = 100e3;
-        return record;
-    };
-    const std::string markdown =
-        test::whole(make_report({paced("mine", "proximity", 300e3, 10e3), paced("mine", "", 900e3, 20e3),
-                                 paced("theirs", "proximity", 1200e3, 500e3)}));
-    test::expect_holds(markdown, {"| tick / update and detect of `theirs`, p50 |", "`mine + push` |"});
-    // 300 / (500 + 100), 1200 / (500 + 100); no such ticks of the reference.
-    const auto cell_after = [&markdown](const std::string& row, const std::string& cell) {
-        const std::size_t at = markdown.find(row);
-        return at != std::string::npos &&
-               markdown.substr(at, markdown.find('\n', at) - at).find(cell) != std::string::npos;
-    };
-    EXPECT_TRUE(cell_after("`mine + push by proximity` |", "| 0.500 |")) << markdown;
-    EXPECT_TRUE(cell_after("`theirs + push by proximity` |", "| 2.00 |")) << markdown;
-    EXPECT_FALSE(cell_after("`mine + push` |", "| 1.50 |")) << "the reference never ran on these ticks";
-    // A study of the clock alone has its answer on page 1.
+TEST(Report, APacedLoopIsHeldAgainstTheEmptyOneOfItsRun) {
+    // Three of 1000 against one of 1000: 5/16 by chance; a share 0.95^(1/4) bounds the ratio.
+    const Report report = make_report({clocked("mine", 1000, 3)});
     test::expect_holds(
-        make_report({paced("mine", "proximity", 300e3, 10e3), paced("theirs", "proximity", 1200e3, 500e3)})
-            .files.at("report.md"),
-        {"| scene | detector + response | p50 (µs) | p99 (µs) | deadline misses | empty loop: "
-         "misses | tick / update and detect of `theirs`, p50 |"});
+        report.files.at("report.md"),
+        {"| detector + response | CPU per tick p50 / p99.9 (µs) | overruns of ticks | skipped periods | overruns ÷ "
+         "empty loop's | contact model age p99 (ms) | force step in contact p99.9 (N) | apparent stiffness p99.9 (N/m) "
+         "/ damping for passivity (N s/m) |",
+         "| empty loop, of all runs | 0.300 / 2.00 | 1 of 1000 | 2 |",
+         "| `mine + push (intersection)` | 110 / n too small | 3 of 1000 | 0 | 3.00, at most 77.5, p 0.31",
+         "| 1.40 | 0.0200 | 2000 / 1.00 |", "without dither"});
+    test::expect_holds(test::whole(report),
+                       {"| poke | `mine + push (intersection)` | 1000 | 4 | 130 | 700 | n too small | 1500 | 6 | 2.50 "
+                        "| 1 of 1000 | 1.00 | 9.00 | 90.0 | 5 |"});
+    Record dithered = clocked("mine", 1000, 3);
+    dithered.spec.overrides = "dither=1e-05";
+    test::expect_holds(make_report({dithered}).files.at("report.md"), {"a dither of 10.0 µm at every tick"});
+}
+
+TEST(Report, PacedRowsStandByTheirShareOfOverrunsAfterTheEmptyLoopOfAllRuns) {
+    Record broken = clocked("broken", 1000, 0);
+    broken.outcome = {OutcomeKind::unstable, "tick 3: too stiff"};
+    // Fewer overruns, but in every tick.
+    const std::string page =
+        make_report({broken, clocked("slow", 2, 2), clocked("quick", 1000, 5)}).files.at("report.md");
+    const auto place = [&page](const std::string& text) {
+        EXPECT_NE(page.find(text), std::string::npos) << text << page;
+        return page.find(text);
+    };
+    const std::size_t empty = place("| empty loop, of all runs | 0.300 / 2.00 | 2 of 2000 | 4 |");
+    const std::size_t quick = place("| `quick + push (intersection)` | 110 / n too small | 5 of 1000 | 0 | 5.00,");
+    const std::size_t slow = place("| `slow + push (intersection)` | 110 / n too small | 2 of 2 | 998 | 1000, at most ");
+    const std::size_t failed = place("| `broken + push (intersection)` | unstable (tick 3: too stiff) |");
+    EXPECT_LT(empty, quick);
+    EXPECT_LT(quick, slow);
+    EXPECT_LT(slow, failed);
+}
+
+TEST(Report, PacedFiguresThatARecordLacksAreNotKnown) {
+    test::expect_holds(make_report({synthetic({.mode = "paced"})}).files.at("report.md"),
+                       {"| empty loop, of all runs | n/a / n too small | n/a | n/a |",
+                        "| `mine + push (intersection)` | n/a / n too small | n/a | n/a | n/a | n too small |"});
 }
 
 /// A run whose detection takes this long in every tick.

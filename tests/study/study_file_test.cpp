@@ -649,7 +649,7 @@ TEST_F(StudyFile, APacedRunTakesTheTimeThatTheClockGivesItsTicks) {
     const double long_run = plan[0].rough_seconds;
     plan[0].spec.ticks = 1000;
     complete_run({.name = "a", .hash = {}, .pair_class = {}, .dt = 0.002, .triangles = 100000}, plan[0]);
-    // Once with the tick at its moments and once for the empty loop beside it.
+    // Once with the tick at its moments and once for the empty loop.
     EXPECT_NEAR(long_run - plan[0].rough_seconds, 2.0 * 2000 * 0.002, 1e-9);
 }
 
@@ -667,6 +667,14 @@ TEST_F(StudyFile, RoughTimesGrowWithTicksTrianglesAndJudgedTicks) {
     EXPECT_GT(seconds(timed, 100'000), 10.0 * seconds(timed, 1'000)) << "100 ticks of 1000 triangles cost little";
     EXPECT_GT(seconds(R"(,"ticks":9000,"truth_stride":0)", 1'000), 3.0 * seconds(timed, 1'000));
     EXPECT_GT(seconds(R"(,"ticks":1000)", 100'000), 2.0 * seconds(timed, 100'000)) << "truth costs more than a method";
+}
+
+TEST_F(StudyFile, PacedRunsMayDither) {
+    const std::vector<PlannedRun> plan = make_plan(read(study_of({press + R"(,"clock":"paced","dither":1e-5)"})));
+    ASSERT_EQ(plan.size(), 1U);
+    EXPECT_EQ(plan[0].spec.overrides, "dither=1e-05");
+    EXPECT_NE(complaint(study_of({press + R"(,"dither":1e-5)"})).find("dither"), std::string::npos);
+    EXPECT_NE(complaint(study_of({press + R"(,"clock":"paced","dither":0)"})).find("/dither"), std::string::npos);
 }
 
 TEST_F(StudyFile, ARunOfMoreTicksThanARecordHoldsIsRefusedBeforeItIsMade) {
