@@ -59,6 +59,28 @@ double geometric_mean(const std::vector<double>& values) {
     return count == 0 ? not_known : std::exp(sum / static_cast<double>(count));
 }
 
+std::optional<RankInterval> median_ranks(int count) {
+    double term = std::ldexp(1.0, -count);  // that no value is below the median
+    double tail = 0.0;                      // that fewer than `low` values are
+    int low = 0;
+    while (tail + term <= 0.025) {
+        tail += term;
+        term *= static_cast<double>(count - low) / (low + 1);
+        ++low;
+    }
+    if (low == 0) return std::nullopt;
+    return RankInterval{.low = low, .high = count + 1 - low};
+}
+
+Bounds median_bounds(std::vector<double> values) {
+    std::erase_if(values, [](double value) { return std::isnan(value); });
+    const std::optional<RankInterval> ranks = median_ranks(static_cast<int>(values.size()));
+    if (!ranks) return {};
+    std::sort(values.begin(), values.end());
+    return {.low = values[static_cast<std::size_t>(ranks->low - 1)],
+            .high = values[static_cast<std::size_t>(ranks->high - 1)]};
+}
+
 Bounds bootstrap(const std::vector<double>& values, const Statistic& statistic, std::uint64_t seed, int resamples) {
     std::vector<double> known = values;
     std::erase_if(known, [](double value) { return std::isnan(value); });

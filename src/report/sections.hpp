@@ -150,6 +150,10 @@ void add_resolution(Draft& draft);
 /// Its table over the scenes, for page 1.
 Table resolution_table(const Draft& draft);
 
+// kind_section.cpp
+/// Residual penetration by kind of drawn scene, with the median over all of them and its interval.
+void add_kinds(Draft& draft);
+
 // table_3_1_section.cpp
 /// Table 3.1 of the thesis, with numbers of detectors on generated scenes.
 void add_table_3_1(Draft& draft);
