@@ -43,7 +43,7 @@ public:
         keys_.push_back({end() + (to - keys_.back().translation).norm() / speed, to});
     }
     void wait(double time) {
-        if (time > 0.001) keys_.push_back({end() + time, keys_.back().translation});
+        if (time > 1e-5) keys_.push_back({end() + time, keys_.back().translation});
     }
     [[nodiscard]] double end() const { return keys_.back().time; }
     [[nodiscard]] const std::vector<Key>& keys() const { return keys_; }
@@ -86,7 +86,7 @@ public:
 private:
     double within(double low, double high) { return numbers_.within(low, high); }
     double speed() { return within(0.04, 0.1); }
-    double edge() { return rounded(within(0.0045, 0.006)); }
+    double edge() { return rounded(within(0.005, 0.0065)); }
     double turn() { return within(0.0, 360.0); }
     Tool blunt() { return drawn::blunt(rounded(within(0.003, 0.005))); }
     Tool pointed() { return drawn::pointed(rounded(within(0.0015, 0.0025))); }
@@ -170,7 +170,7 @@ private:
         const Vector3 across = (heading_now - heading_now.dot(spot.normal) * spot.normal).normalized();
         const Vector3 from = spot.at - 0.5 * length * across;
         const Vector3 to = spot.at + 0.5 * length * across;
-        const double at_speed = speed();
+        const double at_speed = within(0.06, 0.1);
         Path path(from + clearance * spot.normal);
         path.move(from - depth * spot.normal, at_speed);
         path.move(to - depth * spot.normal, at_speed);

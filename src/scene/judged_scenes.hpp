@@ -9,7 +9,7 @@
 namespace trocar {
 
 /// Five draws of each of twelve kinds, "press_sheet_1" to "over_bone_5"; the group of a scene is its kind. Each is 500
-/// to 800 ticks. Equal seeds give equal texts on every machine.
+/// to 750 ticks. Equal seeds give equal texts on every machine.
 ///
 /// | kind | what happens |
 /// |---|---|
@@ -27,8 +27,8 @@ namespace trocar {
 /// | over_bone | a blunt tool presses a sheet beside a bone 0.5 to 1.5 mm below it, 4 to 7 mm past its top |
 ///
 /// The seed draws in every kind: place, direction of the path and tilt of the tool (each within 15 degrees of the
-/// normal; 6 beside a bone), turn of tool and tissue, speed (40 to 100 mm/s but for stabs), depth, tool radius (3 to 5
-/// mm; pointed 1.5 to 2.5), edge of the tissue (4.5 to 6 mm), its size, and k (100 to 1000 N/m, log scale).
+/// normal; 6 beside a bone), turn of tool and tissue, speed (40 to 100 mm/s; of drags 60 to 100), depth, tool radius (3
+/// to 5 mm; pointed 1.5 to 2.5), edge of the tissue (5 to 6.5 mm), its size, and k (100 to 1000 N/m, log scale).
 ///
 /// No search of parameters may use drag_organ, side_organ, held_organ and over_bone. The search so far
 /// (reports/response_search) used three other scenes; press_sheet, stab_sheet and two_sheets are like them.

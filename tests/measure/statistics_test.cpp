@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <random>
 #include <stdexcept>
 
@@ -43,6 +46,48 @@ TEST(GeometricMean, KnownValues) {
     EXPECT_DOUBLE_EQ(geometric_mean({0.5, 2.0, nan}), 1.0);
     EXPECT_TRUE(std::isnan(geometric_mean({1.0, 0.0})));
     EXPECT_TRUE(std::isnan(geometric_mean({})));
+}
+
+/// Share of all 2^n patterns of "below the median" for which the pair of ranks encloses the median.
+double coverage_by_enumeration(int count, int low, int high) {
+    std::int64_t enclosed = 0;
+    for (std::uint32_t pattern = 0; pattern < (1U << static_cast<unsigned>(count)); ++pattern) {
+        const int below = std::popcount(pattern);
+        if (below >= low && below < high) ++enclosed;
+    }
+    return std::ldexp(static_cast<double>(enclosed), -count);
+}
+
+TEST(MedianRanks, AreTheNarrowestPairThatCovers) {
+    EXPECT_FALSE(median_ranks(0).has_value());
+    EXPECT_FALSE(median_ranks(5).has_value()) << "1 - 2/32 is below 95 %";
+    for (int count = 6; count <= 20; ++count) {
+        const std::optional<RankInterval> ranks = median_ranks(count);
+        ASSERT_TRUE(ranks.has_value());
+        EXPECT_EQ(ranks->low + ranks->high, count + 1);
+        EXPECT_GE(coverage_by_enumeration(count, ranks->low, ranks->high), 0.95) << count;
+        EXPECT_LT(coverage_by_enumeration(count, ranks->low + 1, ranks->high - 1), 0.95) << count;
+    }
+}
+
+/// Critical values of the two-sided sign test at 5 %, as tabulated (Conover 1999, table A3): one less than the lower
+/// rank.
+TEST(MedianRanks, AreThoseOfTheSignTest) {
+    for (const auto& [count, critical] : {std::pair{6, 0}, {10, 1}, {20, 5}, {25, 7}, {30, 9}, {50, 17}, {60, 21}}) {
+        const std::optional<RankInterval> ranks = median_ranks(count);
+        ASSERT_TRUE(ranks.has_value());
+        EXPECT_EQ(ranks->low, critical + 1) << count;
+        EXPECT_EQ(ranks->high, count - critical) << count;
+    }
+}
+
+TEST(MedianBounds, AreOrderStatistics) {
+    const double infinite = std::numeric_limits<double>::infinity();
+    const Bounds bounds = median_bounds({7, 3, nan, 1, infinite, 5, 2, 4, 6, 9, 8});  // ten values: ranks 2 and 9
+    EXPECT_EQ(bounds.low, 2.0);
+    EXPECT_EQ(bounds.high, 9.0);
+    EXPECT_EQ(median_bounds({1, 2, 3, 4, 5, infinite}).high, infinite);
+    EXPECT_TRUE(std::isnan(median_bounds({1, 2, 3, 4, 5, nan}).low));
 }
 
 TEST(Bootstrap, IntervalOfTheMeanIsThatOfTheory) {
