@@ -7,13 +7,15 @@
 #include "app/commands.hpp"
 #include "export/exporter.hpp"
 #include "geometry/whole_file.hpp"
+#include "scene/judged_scenes.hpp"
 #include "scene/resolution_scenes.hpp"
 
 namespace trocar::app {
 
 int draw(const CommonOptions& common, const DrawOptions& options) {
     UnfinishedFolder folder(options.folder);
-    const std::vector<DrawnScene> scenes = draw_resolution_scenes(options.seed);
+    const std::vector<DrawnScene> scenes =
+        options.family == "judged" ? draw_judged_scenes(options.seed) : draw_resolution_scenes(options.seed);
     nlohmann::ordered_json list = nlohmann::ordered_json::array();
     for (const DrawnScene& scene : scenes) {
         const std::string file = scene.name + ".json";

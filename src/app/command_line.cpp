@@ -381,9 +381,10 @@ int run_command(int argc, char** argv) {
     DrawOptions draw_options;
     sub =
         line.add("draw", "Write the scenes of a family, drawn by a seed", "trocar draw resolution my/scenes --seed 7");
-    sub->add_option("family", draw_options.family, "resolution: bodies that pass into each other without contact")
+    sub->add_option("family", draw_options.family,
+                    "resolution: bodies that pass into each other without contact; judged: ordinary contact")
         ->required()
-        ->check(CLI::IsMember({"resolution"}));
+        ->check(CLI::IsMember({"resolution", "judged"}));
     sub->add_option("folder", draw_options.folder, "New or empty folder")->required();
     sub->add_option("--seed", draw_options.seed, "Of places, tilts and tools")
         ->capture_default_str()

@@ -26,6 +26,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr std::size_t most_replays = 20;                 // scenes; of more, `trocar view DIR --pages` makes the pages
 constexpr std::uintmax_t largest_published = 8'000'000;  // bytes of a report: compressed records, pages without scripts
 
 std::string method(const RunSpec& spec) {
@@ -278,7 +279,9 @@ int study(const CommonOptions& common, const StudyOptions& options) {
         return interrupted;
     }
     const std::vector<Record> records = read_records(directory);
-    write_view_pages(directory, records, study.file.parent_path(), common.data);
+    if (viewed_scenes(records).size() <= most_replays) {
+        write_view_pages(directory, records, study.file.parent_path(), common.data);
+    }
     keep_worst_tick(study, common, directory, records);
     const Report report = write_report(directory, shipped_reports());
     const std::filesystem::path published =

@@ -174,7 +174,7 @@ struct ScenesOptions {
 int scenes(const CommonOptions& common, const ScenesOptions& options);
 
 struct DrawOptions {
-    std::string family;  ///< resolution
+    std::string family;  ///< resolution | judged
     std::filesystem::path folder;
     std::uint64_t seed = 1;
 };

@@ -41,24 +41,6 @@ double quantile(std::vector<double> values, double q) {
     return quantile_of_sorted(values, q);
 }
 
-Bounds rank_interval_of_median(std::vector<double> values) {
-    std::erase_if(values, [](double value) { return std::isnan(value); });
-    std::sort(values.begin(), values.end());
-    // Of as many throws of a coin, fewer than `rank` heads come up in at most 2.5 of 100 series.
-    const auto count = static_cast<int>(values.size());
-    double term = std::ldexp(1.0, -count);
-    double sum = term;
-    int rank = 0;
-    while (sum <= 0.025) {
-        ++rank;
-        term *= static_cast<double>(count - rank + 1) / rank;
-        sum += term;
-    }
-    if (rank == 0) return {};
-    return {.low = values[static_cast<std::size_t>(rank - 1)],
-            .high = values[values.size() - static_cast<std::size_t>(rank)]};
-}
-
 std::optional<double> tail_quantile(const std::vector<double>& values, double q) {
     const auto known = std::count_if(values.begin(), values.end(), [](double value) { return !std::isnan(value); });
     if (known < smallest_count(q)) return std::nullopt;
@@ -80,6 +62,28 @@ double geometric_mean(const std::vector<double>& values) {
         ++count;
     }
     return count == 0 ? not_known : std::exp(sum / static_cast<double>(count));
+}
+
+std::optional<RankInterval> median_ranks(int count) {
+    double term = std::ldexp(1.0, -count);  // that no value is below the median
+    double tail = 0.0;                      // that fewer than `low` values are
+    int low = 0;
+    while (tail + term <= 0.025) {
+        tail += term;
+        term *= static_cast<double>(count - low) / (low + 1);
+        ++low;
+    }
+    if (low == 0) return std::nullopt;
+    return RankInterval{.low = low, .high = count + 1 - low};
+}
+
+Bounds median_bounds(std::vector<double> values) {
+    std::erase_if(values, [](double value) { return std::isnan(value); });
+    const std::optional<RankInterval> ranks = median_ranks(static_cast<int>(values.size()));
+    if (!ranks) return {};
+    std::sort(values.begin(), values.end());
+    return {.low = values[static_cast<std::size_t>(ranks->low - 1)],
+            .high = values[static_cast<std::size_t>(ranks->high - 1)]};
 }
 
 Bounds bootstrap(const std::vector<double>& values, const Statistic& statistic, std::uint64_t seed, int resamples) {

@@ -35,9 +35,17 @@ struct Bounds {
     double high = not_known;
 };
 
-/// 95 % interval of the median from ranks alone (Conover 1999, §3.2): the narrowest pair of order statistics equally
-/// far from both ends. NaN below six values. Values may be infinite.
-Bounds rank_interval_of_median(std::vector<double> values);
+/// 95 % interval of a median from `count` values, as ranks from 1: the narrowest symmetric pair of order statistics
+/// with at least that coverage (David and Nagaraja 2003, section 7.1). Nothing below 6 values. Precondition: count <=
+/// 1000.
+struct RankInterval {
+    int low = 0;
+    int high = 0;
+};
+std::optional<RankInterval> median_ranks(int count);
+
+/// The values at those ranks, which may be infinite; NaN for fewer than 6.
+Bounds median_bounds(std::vector<double> values);
 
 using Statistic = std::function<double(std::vector<double>)>;
 

@@ -38,7 +38,7 @@ std::vector<double> failed_last(const ResultSet& results, Metric metric) {
 /// "0.350 [0.200–0.500]": median over the scenes of the largest residual penetration, in mm, with its rank interval.
 std::string median_depth_text(const ResultSet& results) {
     const std::vector<double> depths = failed_last(results, Metric::residual_penetration_max_m);
-    const Bounds bounds = rank_interval_of_median(depths);
+    const Bounds bounds = median_bounds(depths);
     const std::string value = scaled(median(depths), mm);
     return std::isnan(bounds.low) ? value
                                   : fmt::format("{} [{}–{}]", value, scaled(bounds.low, mm), scaled(bounds.high, mm));

@@ -179,6 +179,10 @@ std::vector<Table> external_tables(const Draft& draft);
 /// Methods without an error, by part; empty without a part.
 std::string external_sentence(const Draft& draft);
 
+// kind_section.cpp
+/// Residual penetration by kind of drawn scene, with the median over all of them and its interval.
+void add_kinds(Draft& draft);
+
 // table_3_1_section.cpp
 /// Table 3.1 of the thesis, with numbers of detectors on generated scenes.
 void add_table_3_1(Draft& draft);

@@ -4,16 +4,14 @@
 
 #include <array>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <utility>
-
-#include "geometry/random.hpp"
-#include "scene/shapes.hpp"
 
 namespace trocar {
 namespace {
 
 using Document = nlohmann::ordered_json;
+using drawn::Key;
+using drawn::Tool;
 
 constexpr double tissue_edge = 0.005;             // m, of tissue
 constexpr double lead_speed = 0.05;               // m/s
@@ -24,78 +22,31 @@ constexpr std::array depths{0.5, 1.0, 2.0, 4.0};  // edges
 constexpr std::array radius_parts{0.125, 0.25, 0.5, 0.75};
 const Vector3 organ_radii(0.05, 0.045, 0.04);
 
-/// To the micrometre and the microsecond, so that files are short.
-double rounded(double value) { return std::round(value * 1e6) / 1e6; }
-
-struct Key {
-    double time;  ///< s
-    Vector3 translation;
-};
-
-/// A tool whose lowest point is the origin of its frame.
-struct Tool {
-    std::string name;
-    Document part;
-};
-
-Tool blunt() { return {"blunt", {{"shape", "shaft"}, {"radius", tool_radius}, {"length", 0.12}, {"edge", 0.003}}}; }
-
-Tool pointed() {
-    return {"pointed",
-            {{"shape", "needle"}, {"radius", 0.002}, {"length", 0.12}, {"tip_length", 0.008}, {"edge", 0.003}}};
-}
-
 Tool blade() {
     return {"blade",
             {{"shape", "box"}, {"size", {0.012, 0.008, 0.0004}}, {"edge", 0.003}, {"pose", {0, 0, 0.0002, 0, 0, 0}}}};
 }
 
 Document sheet(const std::string& name, double z) {
-    Document body{{"name", name},
-                  {"kind", "tissue"},
-                  {"closed", false},
-                  {"side", "front"},
-                  {"parts", {{{"shape", "sheet"}, {"size", {0.1, 0.1}}, {"edge", tissue_edge}}}},
-                  {"tissue", {{"pinned", "rim"}}}};
+    Document body = drawn::sheet(name, {0.1, 0.1}, tissue_edge);
     if (z != 0.0) body["pose"] = {0, 0, z, 0, 0, 0};
     return body;
 }
 
-/// Its top is at z = 0; its lower third is pinned.
-Document organ() {
-    ShapeValues values;
-    values.numbers["radii"] = {organ_radii.x(), organ_radii.y(), organ_radii.z()};
-    values.numbers["edge"] = {tissue_edge};
-    const Surface surface = find_shape("ellipsoid")->make(values);
-    Document pinned = Document::array();
-    for (Eigen::Index v = 0; v < surface.vertices.cols(); ++v) {
-        if (surface.vertices(2, v) < -organ_radii.z() / 3.0) pinned.push_back(v);
-    }
-    return {{"name", "organ"},
-            {"kind", "tissue"},
-            {"closed", true},
-            {"parts", {{{"shape", "ellipsoid"}, {"radii", values.numbers["radii"]}, {"edge", tissue_edge}}}},
-            {"tissue", {{"pinned", pinned}}},
-            {"pose", {0, 0, -organ_radii.z(), 0, 0, 0}}};
-}
-
 /// m, height of a target's surface at a place.
 double surface_height(const std::string& target, double x, double y) {
-    if (target != "organ") return 0.0;
-    const double u = x / organ_radii.x();
-    const double v = y / organ_radii.y();
-    return organ_radii.z() * (std::sqrt(1.0 - u * u - v * v) - 1.0);
+    return target == "organ" ? drawn::organ_height(organ_radii, x, y) : 0.0;
 }
 
 Document target_bodies(const std::string& target) {
-    if (target == "organ") return Document::array({organ()});
+    if (target == "organ") return Document::array({drawn::organ(organ_radii, tissue_edge)});
     if (target == "two_sheets") return Document::array({sheet("upper", 0.0), sheet("lower", -0.001)});
     return Document::array({sheet("sheet", 0.0)});
 }
 
 class Draw {
 public:
-    explicit Draw(std::uint64_t seed) : random_(seed) {}
+    explicit Draw(std::uint64_t seed) : numbers_(seed) {}
 
     std::vector<DrawnScene> all() {
         at_rest_and_moving();
@@ -106,13 +57,13 @@ public:
     }
 
 private:
-    double within(double low, double high) { return low + 0.5 * (random_.signed_unit() + 1.0) * (high - low); }
+    double within(double low, double high) { return numbers_.within(low, high); }
 
     /// Where a tool meets a target, about its middle.
     Vector3 place_on(const std::string& target) {
-        Vector3 at(within(-0.01, 0.01), within(-0.01, 0.01), 0.0);
-        at.z() = surface_height(target, at.x(), at.y());
-        return at;
+        const double y = within(-0.01, 0.01);
+        const double x = within(-0.01, 0.01);
+        return {x, y, surface_height(target, x, y)};
     }
     /// Rotation vector in degrees: a tilt of up to 15 about a horizontal axis.
     Vector3 tilt() { return {within(-10.0, 10.0), within(-10.0, 10.0), 0.0}; }
@@ -125,34 +76,13 @@ private:
     void add(const std::string& group, const std::string& name, const std::string& description, Document bodies,
              const Tool& tool, const std::string& drive, const std::vector<Key>& keys, const Vector3& rotation,
              std::array<double, 2> contact_off, double end) {
-        Document poses = Document::array();
-        for (const Key& key : keys) {
-            Document pose = Document::array();
-            for (const double number : {key.translation.x(), key.translation.y(), key.translation.z(), rotation.x(),
-                                        rotation.y(), rotation.z()}) {
-                pose.push_back(rounded(number));
-            }
-            poses.push_back({{"time", rounded(key.time)}, {"pose", pose}});
-        }
         Document contact = Document::array();
         for (const Document& body : bodies) {
             const bool rigid = body["kind"] != "tissue";
-            contact.push_back({{"bodies", {"tool", body["name"]}}, {"k", rigid ? 1000 : 100}, {"mu", 2}});
+            contact.push_back(drawn::contact_law("tool", body["name"], rigid ? 1000 : 100));
         }
-        bodies.push_back({{"name", "tool"},
-                          {"kind", "instrument"},
-                          {"closed", true},
-                          {"parts", {tool.part}},
-                          {"motion", {{"drive", drive}, {"keys", poses}}}});
-        const Document scene{{"format", "trocar-scene-2"},
-                             {"name", name},
-                             {"description", description},
-                             {"dt", 0.001},
-                             {"ticks", std::llround(end * 1000.0)},
-                             {"contact_off", {rounded(contact_off[0]), rounded(contact_off[1])}},
-                             {"bodies", bodies},
-                             {"contact", contact}};
-        scenes_.push_back({name, group, scene.dump() + "\n"});
+        bodies.push_back(drawn::tool_body(tool, drive, keys, rotation));
+        scenes_.push_back(drawn::finished(name, group, description, end, contact_off, bodies, contact));
     }
 
     /// s, whole ticks that the path from the clean state down to a depth takes.
@@ -163,7 +93,7 @@ private:
     void at_rest_and_moving() {
         for (const char* target : {"sheet", "organ", "two_sheets"}) {
             for (const double edges : depths) {
-                for (const Tool& tool : {blunt(), pointed()}) {
+                for (const Tool& tool : {drawn::blunt(tool_radius), drawn::pointed()}) {
                     const double depth = edges * tissue_edge;
                     const Vector3 top = place_on(target);
                     const double lead = lead_time(depth);
@@ -179,7 +109,7 @@ private:
         for (const char* target : {"sheet", "organ"}) {
             for (const double edges : depths) {
                 for (const std::string direction : {"onward", "sideways", "outward"}) {
-                    const Tool tool = random_.below(2) == 0 ? blunt() : pointed();
+                    const Tool tool = numbers_.coin() ? drawn::blunt(tool_radius) : drawn::pointed();
                     const double depth = edges * tissue_edge;
                     const Vector3 top = place_on(target);
                     const double lead = lead_time(depth);
@@ -215,7 +145,7 @@ private:
                  {Motion{"press", 0.02, 0.5 * tissue_edge, false}, Motion{"stab", 0.2, 0.2 * tissue_edge, false},
                   Motion{"drag", 0.05, tissue_edge, true}}) {
                 for (const int silent : {1, 5, 20, 100}) {
-                    const Tool tool = motion.sideways || random_.below(2) == 0 ? blunt() : pointed();
+                    const Tool tool = motion.sideways || numbers_.coin() ? drawn::blunt(tool_radius) : drawn::pointed();
                     const Vector3 top = place_on(target);
                     const Vector3 shift = motion.sideways ? sideways() : Vector3(-Vector3::UnitZ());
                     const double speed_down = motion.sideways ? lead_speed : motion.speed;
@@ -239,7 +169,7 @@ private:
     }
 
     void through_in_one_tick() {
-        for (const Tool& tool : {pointed(), blade()}) {
+        for (const Tool& tool : {drawn::pointed(), blade()}) {
             for (const char* target : {"sheet", "two_sheets", "organ"}) {
                 for (const double edges : depths) {
                     const bool is_blade = tool.name == "blade";
@@ -283,7 +213,7 @@ private:
                         bodies = Document::array({{{"name", "lower"},
                                                    {"kind", "rigid"},
                                                    {"closed", true},
-                                                   {"parts", {blunt().part}},
+                                                   {"parts", {drawn::blunt(tool_radius).part}},
                                                    {"pose", {-0.06, 0, -tool_radius, 0, 90, 0}}}});
                         top.y() *= 0.1;
                         top.z() = std::sqrt(tool_radius * tool_radius - top.y() * top.y()) - tool_radius;
@@ -314,14 +244,14 @@ private:
                     add("hand-held", fmt::format("held_{}_{}_{}", target, d + 1, rests ? "rest" : "silent"),
                         fmt::format("A blunt tool held by an operator, {} into {} without contact.",
                                     rests ? "moved" : "moved within 20 ticks", target),
-                        bodies, blunt(), "operator", keys, rests && target == "tissue" ? tilt() : Vector3(0, 0, 0),
-                        {off, on}, on + window);
+                        bodies, drawn::blunt(tool_radius), "operator", keys,
+                        rests && target == "tissue" ? tilt() : Vector3(0, 0, 0), {off, on}, on + window);
                 }
             }
         }
     }
 
-    Random random_;
+    drawn::Numbers numbers_;
     std::vector<DrawnScene> scenes_;
 };
 

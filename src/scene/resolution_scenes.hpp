@@ -3,16 +3,11 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 #include <vector>
 
-namespace trocar {
+#include "scene/drawn_scenes.hpp"
 
-struct DrawnScene {
-    std::string name;   ///< "moving_sheet_4_outward"; also of its file
-    std::string group;  ///< "at rest", "moving", "silent detector", "through in one tick", "hand-held"
-    std::string text;   ///< a scene file, format trocar-scene-2
-};
+namespace trocar {
 
 /// 24 scenes of each of five groups, one per stratum. Depths are 0.5, 1, 2 and 4 edges of the tissue; between rigid
 /// bodies they are parts of the tool's radius. The seed decides places, tilts and turns within the strata, and tools

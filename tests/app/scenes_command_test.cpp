@@ -111,6 +111,9 @@ TEST_F(ScenesCommand, DrawnScenesAreFilesOfANewFolder) {
     EXPECT_EQ(std::count(names.begin(), names.end(), '\n'), 120);
     test::expect_refused("draw resolution " + drawn, drawn + ": expected a new or empty folder");
     test::expect_refused("draw resolution " + drawn + "2 --seed -1", "--seed");
+    EXPECT_EQ(run_program("draw judged " + drawn + "_judged").status, 0);
+    const std::string judged = run_program("scenes --names " + drawn + "_judged").out;
+    EXPECT_EQ(std::count(judged.begin(), judged.end(), '\n'), 60);
     test::expect_refused("draw anything " + drawn + "2", "family");
     EXPECT_FALSE(std::filesystem::exists(drawn + "2"));
 }

@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <numeric>
+#include <optional>
 #include <random>
 #include <stdexcept>
 
@@ -59,38 +61,46 @@ TEST(GeometricMean, KnownValues) {
     EXPECT_TRUE(std::isnan(geometric_mean({})));
 }
 
-TEST(RankInterval, HasTheRanksOfPublishedTables) {
-    const auto ranks = [](int count) {
-        std::vector<double> values(static_cast<std::size_t>(count));
-        std::iota(values.rbegin(), values.rend(), 1.0);
-        const Bounds bounds = rank_interval_of_median(values);
-        return std::pair(bounds.low, bounds.high);
-    };
-    // Conover, Practical Nonparametric Statistics, 3rd ed., table A3 (binomial, p = 1/2).
-    EXPECT_EQ(ranks(6), std::pair(1.0, 6.0));
-    EXPECT_EQ(ranks(8), std::pair(1.0, 8.0));
-    EXPECT_EQ(ranks(9), std::pair(2.0, 8.0));
-    EXPECT_EQ(ranks(10), std::pair(2.0, 9.0));
-    EXPECT_EQ(ranks(20), std::pair(6.0, 15.0));
-    EXPECT_EQ(ranks(60), std::pair(22.0, 39.0));
-    EXPECT_TRUE(std::isnan(ranks(5).first));
+/// Share of all 2^n patterns of "below the median" for which the pair of ranks encloses the median.
+double coverage_by_enumeration(int count, int low, int high) {
+    std::int64_t enclosed = 0;
+    for (std::uint32_t pattern = 0; pattern < (1U << static_cast<unsigned>(count)); ++pattern) {
+        const int below = std::popcount(pattern);
+        if (below >= low && below < high) ++enclosed;
+    }
+    return std::ldexp(static_cast<double>(enclosed), -count);
 }
 
-TEST(RankInterval, HoldsTheMedianInNinetyFiveOfAHundredDrawsAndNoNarrowerOneDoes) {
-    Random random(7);
-    int held = 0;
-    int held_narrower = 0;
-    constexpr int draws = 4000;
-    for (int i = 0; i < draws; ++i) {
-        std::vector<double> values(20);
-        for (double& value : values) value = random.signed_unit();
-        const Bounds bounds = rank_interval_of_median(values);
-        held += bounds.low <= 0.0 && 0.0 <= bounds.high ? 1 : 0;
-        std::sort(values.begin(), values.end());
-        held_narrower += values[6] <= 0.0 && 0.0 <= values[13] ? 1 : 0;
+TEST(MedianRanks, AreTheNarrowestPairThatCovers) {
+    EXPECT_FALSE(median_ranks(0).has_value());
+    EXPECT_FALSE(median_ranks(5).has_value()) << "1 - 2/32 is below 95 %";
+    for (int count = 6; count <= 20; ++count) {
+        const std::optional<RankInterval> ranks = median_ranks(count);
+        ASSERT_TRUE(ranks.has_value());
+        EXPECT_EQ(ranks->low + ranks->high, count + 1);
+        EXPECT_GE(coverage_by_enumeration(count, ranks->low, ranks->high), 0.95) << count;
+        EXPECT_LT(coverage_by_enumeration(count, ranks->low + 1, ranks->high - 1), 0.95) << count;
     }
-    EXPECT_GE(held, 0.95 * draws);
-    EXPECT_LT(held_narrower, 0.95 * draws);
+}
+
+/// Critical values of the two-sided sign test at 5 %, as tabulated (Conover 1999, table A3): one less than the lower
+/// rank.
+TEST(MedianRanks, AreThoseOfTheSignTest) {
+    for (const auto& [count, critical] : {std::pair{6, 0}, {10, 1}, {20, 5}, {25, 7}, {30, 9}, {50, 17}, {60, 21}}) {
+        const std::optional<RankInterval> ranks = median_ranks(count);
+        ASSERT_TRUE(ranks.has_value());
+        EXPECT_EQ(ranks->low, critical + 1) << count;
+        EXPECT_EQ(ranks->high, count - critical) << count;
+    }
+}
+
+TEST(MedianBounds, AreOrderStatistics) {
+    const double infinite = std::numeric_limits<double>::infinity();
+    const Bounds bounds = median_bounds({7, 3, nan, 1, infinite, 5, 2, 4, 6, 9, 8});  // ten values: ranks 2 and 9
+    EXPECT_EQ(bounds.low, 2.0);
+    EXPECT_EQ(bounds.high, 9.0);
+    EXPECT_EQ(median_bounds({1, 2, 3, 4, 5, infinite}).high, infinite);
+    EXPECT_TRUE(std::isnan(median_bounds({1, 2, 3, 4, 5, nan}).low));
 }
 
 TEST(Bootstrap, IntervalOfTheMeanIsThatOfTheory) {
