@@ -35,9 +35,9 @@ struct Bounds {
     double high = not_known;
 };
 
-/// 95 % interval of a median from `count` values, as ranks from 1: the narrowest symmetric pair of order statistics
-/// with at least that coverage (David and Nagaraja 2003, section 7.1). Nothing below 6 values. Precondition: count <=
-/// 1000.
+/// 95 % interval of a median from `count` values, as ranks from 1 (David and Nagaraja 2003, section 7.1). It is the
+/// narrowest symmetric pair of order statistics with at least that coverage. Nothing below 6 values. Precondition:
+/// count <= 1000.
 struct RankInterval {
     int low = 0;
     int high = 0;
