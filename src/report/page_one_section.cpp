@@ -72,7 +72,8 @@ Table first_of(Table table, const std::string& where) {
     if (table.columns.size() > page_one_columns) table.columns.resize(page_one_columns);
     if (rows > page_one_rows) {
         table.rows.resize(page_one_rows);
-        table.note = fmt::format("The first {} of {} rows; all of them under \"{}\".", page_one_rows, rows, where);
+        table.note += fmt::format("{}The first {} of {} rows; all of them under \"{}\".", table.note.empty() ? "" : " ",
+                                  page_one_rows, rows, where);
     }
     for (TableRow& row : table.rows) row.cells.resize(std::min(row.cells.size(), page_one_columns));
     return table;

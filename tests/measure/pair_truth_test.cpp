@@ -85,7 +85,7 @@ TEST(TouchingPairs, AreThoseOfATouchClass) {
     EXPECT_EQ(touching_pairs(scene.topology, scene.frame, truth), expected);
 }
 
-TEST(DeepestPairs, AreTheTenThatReachFurthestThroughAPlane) {
+TEST(DeepestPairs, AreTheTenThatGoFurthestThroughAPlane) {
     // Twelve upright triangles, 20 mm above the plane of a large one, reach 1 to 12 mm below it in a shuffled order.
     const std::array<int, 12> depths{7, 1, 12, 3, 9, 2, 11, 4, 10, 6, 8, 5};
     std::vector<Body> bodies(2);

@@ -70,6 +70,22 @@ TEST(JudgedScenes, OfTheStudyAreTheDrawOfItsSeed) {
     }
 }
 
+TEST(JudgedScenes, OfTheSearchAreOfAnotherSeedAndOfNoKindThatIsKeptFromIt) {
+    const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "bench/studies/scenes/training";
+    std::map<std::string, std::string> drawn;
+    for (const DrawnScene& scene : draw_judged_scenes(1)) drawn[scene.name] = scene.text;
+    std::size_t files = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        const std::string name = entry.path().stem().string();
+        ++files;
+        EXPECT_EQ(read_whole(entry.path(), "a scene"), drawn[name]) << name;
+        for (const char* kept : {"drag_organ", "side_organ", "held_organ", "over_bone"}) {
+            EXPECT_FALSE(name.starts_with(kept)) << name;
+        }
+    }
+    EXPECT_EQ(files, 12U);
+}
+
 class JudgedScenesOfSeeds : public testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(JudgedScenesOfSeeds, BeginApartAndMeet) {
