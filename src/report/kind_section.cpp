@@ -54,27 +54,25 @@ std::vector<double> worst_depths(const ResultSet& results, const KindGroup* grou
     return depths;
 }
 
-std::string depth_text(double depth) { return std::isinf(depth) ? "∞" : scaled(depth, mm); }
-
 MetricColumn worst_column(const KindGroup& group) {
     return {.header = group.header,
             .metric = Metric::residual_penetration_max_m,
             .text = [&group](const ResultSet& results) {
-                return depth_text(known_largest(worst_depths(results, &group)));
+                return scaled(known_largest(worst_depths(results, &group)), mm);
             }};
 }
 
 MetricColumn median_column(const KindGroup& group) {
     return {.header = group.header,
             .metric = Metric::residual_penetration_max_m,
-            .text = [&group](const ResultSet& results) { return depth_text(median(worst_depths(results, &group))); }};
+            .text = [&group](const ResultSet& results) { return scaled(median(worst_depths(results, &group)), mm); }};
 }
 
 /// "0.31 [0.25 to 0.42]"
 std::string median_of_all(const ResultSet& results) {
     const std::vector<double> depths = worst_depths(results, nullptr);
     const Bounds bounds = median_bounds(depths);
-    return depth_text(median(depths)) + " [" + depth_text(bounds.low) + " to " + depth_text(bounds.high) + "]";
+    return scaled(median(depths), mm) + " [" + scaled(bounds.low, mm) + " to " + scaled(bounds.high, mm) + "]";
 }
 
 std::string failed_of_all(const ResultSet& results) {

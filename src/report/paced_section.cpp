@@ -62,8 +62,7 @@ std::string against_empty_text(const ResultSet& results) {
                       std::llround(loop_sum(results, Metric::empty_overruns)), std::llround(empty_ticks));
     if (std::isnan(rates.ratio)) return "none in both";
     constexpr double least_p = 1e-4;
-    const auto number = [](double value) { return std::isinf(value) ? std::string("∞") : scaled(value); };
-    return number(rates.ratio) + ", at most " + number(rates.upper) + ", p " +
+    return scaled(rates.ratio) + ", at most " + scaled(rates.upper) + ", p " +
            (rates.p < least_p ? "< 0.0001" : scaled(rates.p));
 }
 
@@ -173,6 +172,24 @@ void add_paced(Draft& draft) {
     draft.add(paced_page(draft));
     draft.add(table_of(draft, wall_table()));
     draft.add(table_of(draft, stage_table()));
+}
+
+std::string paced_sentence(const Draft& draft) {
+    std::vector<ClockedRow> rows = clocked_rows(draft);
+    std::erase_if(rows, [](const ClockedRow& row) {
+        return row.results.failed_runs() > 0 || std::isnan(loop_sum(row.results, Metric::paced_overruns));
+    });
+    if (rows.empty()) return {};
+    ResultSet all;
+    for (const ClockedRow& row : rows) {
+        all.results.insert(all.results.end(), row.results.results.begin(), row.results.results.end());
+    }
+    const auto part = [](const ClockedRow& row) {
+        return overruns_text(row.results, of_method) + " (" + row.name + ")";
+    };
+    return "Released by the clock, ticks overrun the millisecond in " + part(rows.front()) +
+           (rows.size() > 1 ? " to " + part(rows.back()) : std::string()) + ", those of an empty loop in " +
+           overruns_text(all, of_empty) + ".";
 }
 
 Table paced_page(const Draft& draft) {

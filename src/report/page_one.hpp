@@ -46,12 +46,14 @@ std::string detector_sentence(const Verdict& verdict, const Draft& draft);
 Table detectors_table(const Draft& draft);
 Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, bool tissue = true);
 
-/// p99 tick against maximum depth, one line per method over its settings; failed rows are on a separate rail.
-ScatterChart depth_against_time(const std::vector<ResponseRow>& rows);
+/// "p99" or "p90".
+const char* tail_name(Metric tail);
+/// Tail of a tick against maximum depth, one line per method over its settings; failed rows are on a separate rail.
+ScatterChart depth_against_time(const std::vector<ResponseRow>& rows, Metric tail = Metric::total_p99_ns);
 
 /// Share of targets (scene and error limit) that the rows of page 1 meet over the time of a tick; no lines without a
-/// target met. Error: residual penetration, max, on the judged scenes, over p99 where every run has one; on
-/// prescribed frames the share of wrong pairs, over the median.
+/// target met. Error: residual penetration, max, on the judged scenes, over the tail of a tick
+/// (tail_metric); on prescribed frames the share of wrong pairs, over the median.
 LineChart targets_over_time(const Draft& draft, const Verdict& overall);
 
 /// The row in one word for a table: "`penalty:k=1000` (tracked_proximity)"; with its detector where `detector` is

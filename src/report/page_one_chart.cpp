@@ -9,18 +9,20 @@
 
 namespace trocar {
 
-ScatterChart depth_against_time(const std::vector<ResponseRow>& rows) {
+const char* tail_name(Metric tail) { return tail == Metric::total_p99_ns ? "p99" : "p90"; }
+
+ScatterChart depth_against_time(const std::vector<ResponseRow>& rows, Metric tail) {
     double shortest = not_known;
     for (const ResponseRow& row : rows) {
-        if (!std::isnan(row.slowest_p99) && !(row.slowest_p99 >= shortest)) shortest = row.slowest_p99;
+        if (!std::isnan(row.slowest_tick) && !(row.slowest_tick >= shortest)) shortest = row.slowest_tick;
     }
     ScatterChart chart;
     std::map<std::string, std::size_t> series;
     for (const ResponseRow& row : rows) {
         const bool failed = row.failed_runs > 0;
-        if (row.not_run > 0 || (!failed && (std::isnan(row.residual_max()) || std::isnan(row.slowest_p99)))) continue;
+        if (row.not_run > 0 || (!failed && (std::isnan(row.residual_max()) || std::isnan(row.slowest_tick)))) continue;
         // A row without a time (it failed everywhere, or too early) stands at the beginning of the rail.
-        const double time = std::isnan(row.slowest_p99) ? shortest : row.slowest_p99;
+        const double time = std::isnan(row.slowest_tick) ? shortest : row.slowest_tick;
         if (std::isnan(time)) continue;
         const auto [place, is_new] = series.emplace(row.response(), chart.series.size());
         if (is_new) {
@@ -49,7 +51,7 @@ ScatterChart depth_against_time(const std::vector<ResponseRow>& rows) {
             if (!one.connected) point.label = one.name;
         }
     }
-    chart.x_title = "tick p99, slowest scene (ms)";
+    chart.x_title = std::string("tick ") + tail_name(tail) + ", slowest scene (ms)";
     chart.y_title = "residual penetration, max (mm)";
     chart.x_limit = 1.0;
     chart.x_limit_name = "1 ms";

@@ -33,6 +33,11 @@ void Draft::paragraph(const std::string& text, Paragraph::Style style) {
 
 void Draft::add(Table table) {
     if (table.rows.empty()) return;
+    if (table.rows.size() > most_table_rows) {
+        paragraph(table.caption + ": " + std::to_string(table.rows.size()) + " rows, which results.csv has.",
+                  Paragraph::Style::small);
+        return;
+    }
     document.blocks.emplace_back(std::move(table));
 }
 

@@ -27,6 +27,9 @@ struct QuotedReport {
     std::vector<std::string> different = {};
 };
 
+/// Nobody reads a longer table on a page.
+inline constexpr std::size_t most_table_rows = 400;
+
 /// Report under construction.
 struct Draft {
     /// Precondition: at least one record. The records outlive the draft.
@@ -43,7 +46,7 @@ struct Draft {
 
     void heading(int level, const std::string& text);
     void paragraph(const std::string& text, Paragraph::Style style = Paragraph::Style::normal);
-    /// Skips a table without rows.
+    /// Skips a table without rows; one of more than most_table_rows is named in a line.
     void add(Table table);
     /// A drawing that does not answer to the pointer.
     void drawing(const std::string& name, const std::string& svg, const std::string& caption);
@@ -140,6 +143,8 @@ void add_metamorphic(Draft& draft);
 void add_paced(Draft& draft);
 /// Its subset on page 1 of a study with no other part.
 Table paced_page(const Draft& draft);
+/// Empty without such a part.
+std::string paced_sentence(const Draft& draft);
 
 // size_section.cpp
 /// Time per tick and stage against the number of tissue triangles: one chart per family of scenes and methods.

@@ -73,13 +73,8 @@ LineChart targets_over_time(const Draft& draft, const Verdict& overall) {
         depth ? judged_scenes(draft.results, draft.results.scenes("closed_loop"), true).size() : overall.scenes.size();
     const auto targets = static_cast<double>(scenes * depth_limits.limits.size());
     const std::vector<NamedResults> rows = shown_rows(draft, overall);
-    // A run of too few ticks has no p99; then the medians of all are taken.
-    const bool p99 = depth && std::all_of(rows.begin(), rows.end(), [](const NamedResults& row) {
-                         return std::all_of(row.results.begin(), row.results.end(), [](const SceneResult* result) {
-                             return !result->ok() || !std::isnan(result->of(Metric::total_p99_ns).value);
-                         });
-                     });
-    LineChart chart{.x_title = p99 ? "tick p99 (µs)" : "tick p50 (µs)",
+    const Metric tail = depth ? tail_metric(draft.results) : Metric::total_median_ns;
+    LineChart chart{.x_title = std::string("tick ") + (depth ? tail_name(tail) : "p50") + " (µs)",
                     .y_title = "share of targets met",
                     .steps = true,
                     .log_x = true};
@@ -88,7 +83,7 @@ LineChart targets_over_time(const Draft& draft, const Verdict& overall) {
     std::vector<std::vector<double>> times;
     times.reserve(rows.size());
     for (const NamedResults& row : rows) {
-        times.push_back(times_of_targets(row.results, depth, p99 ? Metric::total_p99_ns : Metric::total_median_ns));
+        times.push_back(times_of_targets(row.results, depth, tail));
         if (times.back().empty()) continue;
         shortest = std::fmin(shortest, times.back().front());
         longest = std::fmax(longest, times.back().back());

@@ -21,14 +21,14 @@ struct VerdictRow {
     ResultSet ok;            ///< of these: all processes ended well
     ResultSet judged;        ///< of these: scenes with tissue, or all of a verdict without any
     int failed_runs = 0;
-    bool not_applicable = false;     ///< absent or unsupported on at least one scene
-    double error = not_known;        ///< m, geometric mean over scenes of error_on()
-    double slowest_p99 = not_known;  ///< ns, maximum p99 over the judged scenes
-    Estimate p50;                    ///< ns
-    Estimate p99;                    ///< ns; NaN: too few ticks, or a failed scene
-    Estimate ratio;                  ///< p50 relative to the reference detector with the same response
-    int identical_to = -1;           ///< row with bit-identical motion on every scene; -1: none
-    bool dominated = false;          ///< another row is at least as fast and accurate, and better in one.
+    bool not_applicable = false;      ///< absent or unsupported on at least one scene
+    double error = not_known;         ///< m, geometric mean over scenes of error_on()
+    double slowest_tick = not_known;  ///< ns, maximum of tail_metric() over the judged scenes
+    Estimate p50;                     ///< ns
+    Estimate p99;                     ///< ns; NaN: too few ticks, or a failed scene
+    Estimate ratio;                   ///< p50 relative to the reference detector with the same response
+    int identical_to = -1;            ///< row with bit-identical motion on every scene; -1: none
+    bool dominated = false;           ///< another row is at least as fast and accurate, and better in one.
     [[nodiscard]] std::vector<std::string> scene_names() const;  ///< planned
     /// Residual penetration on the judged scenes, m: the largest, and the median over scenes of the median.
     [[nodiscard]] double residual_max() const { return judged.largest(Metric::residual_penetration_max_m); }
@@ -43,6 +43,9 @@ struct VerdictRow {
     /// NaN: not judged.
     [[nodiscard]] double wrong() const;
 };
+
+/// p99 of a tick where a closed-loop run has enough ticks for one, else p90.
+Metric tail_metric(const Results& results);
 
 VerdictRow make_row(const Results& results, const Method& method, const std::string& reference,
                     const std::vector<std::string>& scenes);

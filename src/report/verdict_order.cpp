@@ -32,7 +32,7 @@ ResponseOrder response_order(const VerdictRow& row, bool not_run) {
             not_run,
             or_last(as_printed(row.residual_max())),
             or_last(as_printed(row.residual_median())),
-            or_last(row.slowest_p99)};
+            or_last(row.slowest_tick)};
 }
 
 bool have_depths(const std::vector<VerdictRow>& rows) {

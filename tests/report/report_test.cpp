@@ -387,7 +387,7 @@ TEST(Verdict, ResponsesAreOrderedByFailuresThenDepthsThenTime) {
         row.control = standing.control;
         row.failed_runs = standing.failed;
         row.judged.results = {&result};
-        row.slowest_p99 = standing.p99;
+        row.slowest_tick = standing.p99;
         return response_order(row, standing.not_run);
     };
     const auto behind = [&order](const Standing& other) { return order({}) < order(other); };
@@ -958,11 +958,16 @@ TEST(Report, PacedRowsStandByTheirShareOfOverrunsAfterTheEmptyLoopOfAllRuns) {
     };
     const std::size_t empty = place("| empty loop, of all runs | 0.300 / 2.00 | 2 of 2000 | 4 |");
     const std::size_t quick = place("| `quick + push (intersection)` | 110 / n too small | 5 of 1000 | 0 | 5.00,");
-    const std::size_t slow = place("| `slow + push (intersection)` | 110 / n too small | 2 of 2 | 998 | 1000, at most ");
+    const std::size_t slow =
+        place("| `slow + push (intersection)` | 110 / n too small | 2 of 2 | 998 | 1000, at most ");
     const std::size_t failed = place("| `broken + push (intersection)` | unstable (tick 3: too stiff) |");
     EXPECT_LT(empty, quick);
     EXPECT_LT(quick, slow);
     EXPECT_LT(slow, failed);
+    test::expect_holds(page,
+                       {"> Released by the clock, ticks overrun the millisecond in 5 of 1000 (`quick + push "
+                        "(intersection)`) to 2 of 2 (`slow + push (intersection)`), those of an empty loop in 2 of "
+                        "2000."});
 }
 
 TEST(Report, PacedFiguresThatARecordLacksAreNotKnown) {
