@@ -34,7 +34,7 @@ fi
 program=$PWD/build/release/bin/trocar
 if [ $# -eq 0 ]; then
     say "default study" >&2
-    exec "$program" study bench/studies/default.json
+    exec "$program" study bench/studies/default.json --jobs "$(nproc)"
 fi
 # File names on the command line are the caller's.
 cd "$caller"

@@ -118,8 +118,7 @@ void add_rank_robustness(Draft& draft) {
     table.note =
         "The winner has the least of the figure, the fastest of equals; the order of the tables is that of \"All "
         "methods\". Rows that failed on a scene cannot win. Each row has its error from its own runs alone, so that "
-        "leaving a baseline out changes the winner only where it was itself the winner; in the performance profile it "
-        "can change the order among those that are not best, which is reported there.";
+        "leaving a baseline out changes the winner only where it was itself the winner.";
     draft.paragraph(
         winners.size() == 1
             ? fmt::format("No: {} stays first whatever is left out or judged by.", label(first))
