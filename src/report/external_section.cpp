@@ -190,7 +190,7 @@ std::string decided_here_text(const Draft& draft, const ExternalPart& part) {
 /// How the table is to be read.
 std::string reading_text(const ExternalPart& part, const Record& example) {
     const std::string& reference = fact_of(example, "case.reference");
-    const std::string order = "Order: failed, errors, time. ";
+    std::string order = "Order: failed, errors, time. ";
     if (!part.timed || reference.empty()) return order;
     return "Time ratio: median CPU time of update and detect over that of " + code(reference) +
            ", in turns in one process" + (part.between ? "" : "; geometric mean over the scenarios") + ". " + order;

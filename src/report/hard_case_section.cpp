@@ -73,9 +73,11 @@ std::string right_outcome(const Record& record) {
 /// "residual_penetration_max_m 0.43 mm": metres as millimetres, everything else as it is.
 std::string figure_text(const std::string& key, double value, const std::string& relation = " ") {
     const MetricInfo& figure = info_of(metric_of(key));
-    if (std::isnan(value)) return key + " " + unknown_text;
-    if (figure.unit == "m") return key + relation + scaled(value, mm) + " mm";
-    return key + relation + scaled(value) + (figure.unit == "1" ? "" : " " + std::string(figure.unit));
+    std::string words = key;  // that may break between two lines
+    std::replace(words.begin(), words.end(), '_', ' ');
+    if (std::isnan(value)) return words + " " + unknown_text;
+    if (figure.unit == "m") return words + relation + scaled(value, mm) + " mm";
+    return words + relation + scaled(value) + (figure.unit == "1" ? "" : " " + std::string(figure.unit));
 }
 
 Cell cell_of(const Record& record) {

@@ -289,7 +289,11 @@ Table detectors_table(const Draft& draft) {
     if (const std::int64_t stride = draft.widest_stride("replay"); stride > 1) {
         table.note += fmt::format(" Pairs were judged on every {}th tick only.", stride);
     }
-    if (!left_out.empty()) table.note += " Behind these: " + joined(left_out) + ".";
+    if (left_out.size() > page_one_rows) {
+        table.note += fmt::format(" Behind these: {} more.", left_out.size());
+    } else if (!left_out.empty()) {
+        table.note += " Behind these: " + joined(left_out) + ".";
+    }
     return table;
 }
 

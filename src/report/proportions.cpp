@@ -39,7 +39,8 @@ double binomial_at_most(std::int64_t successes, std::int64_t all, double share) 
                   most * std::log(share) + (n - most) * std::log1p(-share);
     const double odds = (1.0 - share) / share;
     double sum = 0.0;
-    for (double k = most; k >= 0.0; k -= 1.0) {
+    for (std::int64_t left = successes; left >= 0; --left) {
+        const auto k = static_cast<double>(left);
         const double value = std::exp(term);
         sum += value;
         if (k < n * share && value < 1e-17 * sum) break;  // below the mode terms only fall

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "report/verdict.hpp"
@@ -15,7 +16,10 @@ std::string common_fact(const std::vector<Record>& records, const std::string& k
         if (record.environment.contains(key)) values.insert(fact_of(record, key));
     }
     if (values.size() > 1 && mixed != nullptr) *mixed = true;
-    return fmt::format("{}", fmt::join(values, " | "));
+    constexpr std::size_t most = 8;
+    if (values.size() <= most) return fmt::format("{}", fmt::join(values, " | "));
+    return fmt::format("{} | and {} more", fmt::join(values.begin(), std::next(values.begin(), most), " | "),
+                       values.size() - most);
 }
 
 Draft::Draft(const std::vector<Record>& all) : records(all), results(all) {

@@ -14,7 +14,7 @@
 
 namespace trocar {
 
-/// Common value of a fact over all records, or all values when they differ.
+/// Common value of a fact over all records, or the first eight values and how many more when they differ.
 std::string common_fact(const std::vector<Record>& records, const std::string& key, bool* mixed = nullptr);
 
 /// Part of another published report that page 1 repeats.

@@ -125,7 +125,7 @@ Tune read_tune(const std::filesystem::path& file, const std::vector<std::filesys
     for (const std::string& scene : read_scenes(root.at("scenes"), {file, shipped})) {
         tune.scenes.push_back(std::filesystem::absolute(file.parent_path() / scene).lexically_normal().string());
     }
-    const auto size = [&root](const char* key, const JsonNode& node, std::size_t& value) {
+    const auto size = [](const char* key, const JsonNode& node, std::size_t& value) {
         if (node.has(key)) value = static_cast<std::size_t>(count_of(node.at(key)));
     };
     size("first_scenes", root, tune.first_scenes);

@@ -65,8 +65,8 @@ TEST(HardCaseSection, ABrokenBoundIsReportedWithItsFigure) {
         records[k].environment["case.at_most.residual_penetration_max_m"] = "0.0001";
     }
     test::expect_holds(page_of(records),
-                       {"| residual_penetration_max_m ≤ 0.100 mm | ok | residual_penetration_max_m 0.250 mm | "
-                        "residual_penetration_max_m n/a |"});
+                       {"| residual penetration max m ≤ 0.100 mm | ok | residual penetration max m 0.250 mm | "
+                        "residual penetration max m n/a |"});
 }
 
 TEST(HardCaseSection, PageOneCountsCasesByTheirFirstFaultAndPutsMethodsThatCountAlikeIntoOneRow) {
