@@ -259,7 +259,9 @@ void add_hard_cases(Draft& draft) {
     draft.add(table_of(families, "Detectors on families of hard triangle pairs, truth from the files", "family"));
     Table moving = table_of(scenes, "Responses on scenes", "case");
     moving.note =
-        "Contacts of the first detector of the study, intersection. Figures as in the list of words at the end.";
+        "Each response reads the contacts of the generator that is its own by default, or that the study names. "
+        "Figures as "
+        "in the list of words at the end.";
     draft.add(std::move(moving));
     for (const auto& [name, reason] : reason_of) reasons.rows.push_back({.cells = {code(name), reason}});
     draft.add(std::move(reasons));
