@@ -222,7 +222,7 @@ int run_command(int argc, char** argv) {
 
     TuneOptions tune_options;
     sub = line.add("tune", "Search the settings of responses: one objective, one budget and two starts for all",
-                   "trocar tune bench/studies/tune.json --output build/tune --jobs 2");
+                   "trocar tune bench/tune.json --output build/tune --jobs 2");
     sub->add_option("file", tune_options.file, "Tune file (JSON)")->required();
     sub->add_option("--output", tune_options.output, "Folder for the stages' records and tuned.json")->required();
     sub->add_option("--jobs", tune_options.jobs, "So many runs side by side; nobody times them")

@@ -226,6 +226,10 @@ Results::Results(const std::vector<Record>& records) {
     }
     judge_by_twins();
     noise_floor_ = noise_between(runs_);
+    const bool has_p99 = std::any_of(runs_.begin(), runs_.end(), [](const RunFigures& run) {
+        return run.record->spec.mode == "closed_loop" && !std::isnan(run[Metric::total_p99_ns]);
+    });
+    if (has_p99) tail_metric_ = Metric::total_p99_ns;
     for (const std::string& scene : scenes("replay")) resample_ticks(scene);
 }
 

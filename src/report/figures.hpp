@@ -128,6 +128,8 @@ public:
     /// Noise floor: ratio of medians below which a difference is not significant. It covers 95 % of the ratios between
     /// processes of one method on one scene and parameter value. NaN with one process per method.
     [[nodiscard]] double noise_floor() const { return noise_floor_; }
+    /// p99 of a tick where a closed-loop run has enough ticks for one, else p90.
+    [[nodiscard]] Metric tail_metric() const { return tail_metric_; }
 
 private:
     void judge_by_twins();
@@ -138,6 +140,7 @@ private:
     std::map<Method, std::map<std::string, SceneResult>> by_method_;
     std::map<std::string, std::string> class_of_scene_;
     double noise_floor_ = not_known;
+    Metric tail_metric_ = Metric::total_p90_ns;
 };
 
 }  // namespace trocar

@@ -1,7 +1,5 @@
 // Residual penetration by kind of scene, of studies whose scenes are drawn (scene/judged_scenes.hpp).
 #include <algorithm>
-#include <cmath>
-#include <limits>
 
 #include "measure/statistics.hpp"
 #include "report/metric_table.hpp"
@@ -42,16 +40,13 @@ bool is_drawn_kind(const std::string& scene) {
                        [&scene](const KindGroup& group) { return has_kind(group, scene); });
 }
 
-/// m, worst depth of every scene of a group (null: of all); infinite for a failed run.
-std::vector<double> worst_depths(const ResultSet& results, const KindGroup* group) {
-    std::vector<double> depths;
-    depths.reserve(results.count());
-    for (const SceneResult* result : results.results) {
-        if (group != nullptr && !has_kind(*group, result->scene())) continue;
-        const double depth = result->ok() ? result->first(Metric::residual_penetration_max_m) : not_known;
-        depths.push_back(std::isnan(depth) ? std::numeric_limits<double>::infinity() : depth);
-    }
-    return depths;
+/// m, worst depth of every scene of a group (null: of all); infinite for a run that failed or has none.
+std::vector<double> worst_depths(ResultSet results, const KindGroup* group) {
+    std::erase_if(results.results, [group](const SceneResult* result) {
+        return group != nullptr && !has_kind(*group, result->scene());
+    });
+    return failed_as_infinite(
+        results, [](const SceneResult& result) { return or_last(result.first(Metric::residual_penetration_max_m)); });
 }
 
 MetricColumn worst_column(const KindGroup& group) {
@@ -76,9 +71,7 @@ std::string median_of_all(const ResultSet& results) {
 }
 
 std::string failed_of_all(const ResultSet& results) {
-    const auto failed = std::count_if(results.results.begin(), results.results.end(),
-                                      [](const SceneResult* result) { return !result->ok(); });
-    return of_text(static_cast<double>(failed), static_cast<double>(results.count()));
+    return of_text(static_cast<double>(results.count() - results.ok().count()), static_cast<double>(results.count()));
 }
 
 }  // namespace

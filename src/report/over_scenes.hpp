@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "report/figures.hpp"
@@ -40,6 +41,18 @@ struct ResultSet {
     /// First process of the first result, for a row about one scene.
     [[nodiscard]] const RunFigures& first() const { return results.front()->runs.front(); }
 };
+
+/// One value per result, infinite where a run failed: a method that fails is worse than every other there. `value`: of
+/// a SceneResult that ended well.
+template <typename Value>
+std::vector<double> failed_as_infinite(const ResultSet& results, const Value& value) {
+    std::vector<double> values;
+    values.reserve(results.count());
+    for (const SceneResult* result : results.results) {
+        values.push_back(result->ok() ? value(*result) : std::numeric_limits<double>::infinity());
+    }
+    return values;
+}
 
 /// Results of the method that are not without an answer (SceneResult::not_applicable), by scene.
 ResultSet possible(const Results& results, const Method& method);

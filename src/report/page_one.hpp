@@ -53,7 +53,7 @@ ScatterChart depth_against_time(const std::vector<ResponseRow>& rows, Metric tai
 
 /// Share of targets (scene and error limit) that the rows of page 1 meet over the time of a tick; no lines without a
 /// target met. Error: residual penetration, max, on the judged scenes, over the tail of a tick
-/// (tail_metric); on prescribed frames the share of wrong pairs, over the median.
+/// (Results::tail_metric); on prescribed frames the share of wrong pairs, over the median.
 LineChart targets_over_time(const Draft& draft, const Verdict& overall);
 
 /// The row in one word for a table: "`penalty:k=1000` (tracked_proximity)"; with its detector where `detector` is

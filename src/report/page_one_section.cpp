@@ -173,7 +173,7 @@ void add_page_one(Draft& draft, const std::string& worst_tick) {
         draft.paragraph("No run of a detector or response could be made; see the failures and what is absent.");
     }
     const std::vector<ResponseRow> rows = response_rows(draft);
-    const Metric tail = tail_metric(draft.results);
+    const Metric tail = draft.results.tail_metric();
     draft.figure(
         "depth_time", depth_against_time(rows, tail),
         std::string("What accuracy costs: the ") + (tail == Metric::total_p99_ns ? "99" : "90") +

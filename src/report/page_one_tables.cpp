@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "measure/statistics.hpp"
@@ -20,24 +19,13 @@ std::string count_failed(int failed, int runs, int not_run) {
     return text;
 }
 
-/// One value per scene, infinite where a run failed: a method that fails is worse than every other there.
-template <typename Value>
-std::vector<double> failed_last(const ResultSet& results, const Value& value) {
-    std::vector<double> values;
-    values.reserve(results.count());
-    for (const SceneResult* result : results.results) {
-        values.push_back(result->ok() ? value(*result) : std::numeric_limits<double>::infinity());
-    }
-    return values;
-}
-
-std::vector<double> failed_last(const ResultSet& results, Metric metric) {
-    return failed_last(results, [metric](const SceneResult& result) { return result.first(metric); });
+std::vector<double> failed_as_infinite(const ResultSet& results, Metric metric) {
+    return failed_as_infinite(results, [metric](const SceneResult& result) { return result.first(metric); });
 }
 
 /// "0.350 [0.200–0.500]": median over the scenes of the largest residual penetration, in mm, with its rank interval.
 std::string median_depth_text(const ResultSet& results) {
-    const std::vector<double> depths = failed_last(results, Metric::residual_penetration_max_m);
+    const std::vector<double> depths = failed_as_infinite(results, Metric::residual_penetration_max_m);
     const Bounds bounds = median_bounds(depths);
     const std::string value = scaled(median(depths), mm);
     return std::isnan(bounds.low) ? value
@@ -47,12 +35,12 @@ std::string median_depth_text(const ResultSet& results) {
 /// "7.49, 1 tear": the largest residual penetration in mm, and ruptures.
 std::string worst_depth_text(const ResultSet& results) {
     const double tears = results.ok().sum(Metric::ruptures);
-    return scaled(known_largest(failed_last(results, Metric::residual_penetration_max_m)), mm) +
+    return scaled(known_largest(failed_as_infinite(results, Metric::residual_penetration_max_m)), mm) +
            (tears > 0.0 ? fmt::format(", {:.0f} tear{}", tears, tears == 1.0 ? "" : "s") : "");
 }
 
 std::string untouched_text(const ResultSet& results) {
-    return scaled(known_largest(failed_last(results, Metric::force_without_touch_m)), mm);
+    return scaled(known_largest(failed_as_infinite(results, Metric::force_without_touch_m)), mm);
 }
 
 /// "3 of 5; 12 %": scenes on which the force error is within the bound of the reference with hard contact, of those
@@ -78,7 +66,7 @@ std::string within_bound_text(const ResultSet& results) {
 
 /// The largest over the scenes of a run's largest force step over that of the reference with hard contact.
 std::string step_ratio_text(const ResultSet& results) {
-    return scaled(known_largest(failed_last(results, [](const SceneResult& result) {
+    return scaled(known_largest(failed_as_infinite(results, [](const SceneResult& result) {
         return result.first(Metric::force_jump_max_n) / result.first(Metric::reference_force_step_hard);
     })));
 }
@@ -88,7 +76,7 @@ MetricColumn slowest_column(Metric tail) {
     return {.header = std::string("tick ") + tail_name(tail) + " (ms)",
             .metric = tail,
             .text = [tail](const ResultSet& results) {
-                return scaled(known_largest(failed_last(
+                return scaled(known_largest(failed_as_infinite(
                                   results, [tail](const SceneResult& result) { return result.of(tail).value; })),
                               ms);
             }};
@@ -314,7 +302,7 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
          .metric = Metric::force_error_rms_hard,
          .text = within_bound_text},
         {.header = "force step / reference's", .metric = Metric::force_jump_max_n, .text = step_ratio_text},
-        slowest_column(tail_metric(draft.results))};
+        slowest_column(draft.results.tail_metric())};
     std::vector<MetricRow> lines;
     for (const std::size_t i : shown) {
         const ResponseRow& row = rows[i];

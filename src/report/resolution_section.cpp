@@ -1,7 +1,5 @@
 // How responses resolve an interpenetration that an interval without contact has left (simulate/resolution.hpp).
 #include <algorithm>
-#include <cmath>
-#include <limits>
 #include <map>
 #include <set>
 
@@ -57,15 +55,11 @@ std::string counts_of(const ResultSet& results, const Group* group) {
 }
 
 /// Values over all scenes, where a run without one is worse than every other. Without tissue there is no energy.
-std::vector<double> worst_first(const ResultSet& results, Metric metric) {
-    std::vector<double> values;
-    values.reserve(results.count());
-    for (const SceneResult* result : results.results) {
-        if (metric == Metric::resolution_excess_energy && !meets_tissue(result->record().spec.pair_class)) continue;
-        const double value = result->ok() ? result->first(metric) : not_known;
-        values.push_back(std::isnan(value) ? std::numeric_limits<double>::infinity() : value);
-    }
-    return values;
+std::vector<double> worst_first(ResultSet results, Metric metric) {
+    std::erase_if(results.results, [metric](const SceneResult* result) {
+        return metric == Metric::resolution_excess_energy && !meets_tissue(result->record().spec.pair_class);
+    });
+    return failed_as_infinite(results, [metric](const SceneResult& result) { return or_last(result.first(metric)); });
 }
 
 /// "12 [180]": median, and the value that 90 % do not exceed.

@@ -73,7 +73,7 @@ LineChart targets_over_time(const Draft& draft, const Verdict& overall) {
         depth ? judged_scenes(draft.results, draft.results.scenes("closed_loop"), true).size() : overall.scenes.size();
     const auto targets = static_cast<double>(scenes * depth_limits.limits.size());
     const std::vector<NamedResults> rows = shown_rows(draft, overall);
-    const Metric tail = depth ? tail_metric(draft.results) : Metric::total_median_ns;
+    const Metric tail = depth ? draft.results.tail_metric() : Metric::total_median_ns;
     LineChart chart{.x_title = std::string("tick ") + (depth ? tail_name(tail) : "p50") + " (µs)",
                     .y_title = "share of targets met",
                     .steps = true,

@@ -18,13 +18,6 @@ bool on_all_scenes(const VerdictRow& row, const Verdict& verdict) {
 
 }  // namespace
 
-Metric tail_metric(const Results& results) {
-    const bool known = std::any_of(results.runs().begin(), results.runs().end(), [](const RunFigures& run) {
-        return run.record->spec.mode == "closed_loop" && !std::isnan(run[Metric::total_p99_ns]);
-    });
-    return known ? Metric::total_p99_ns : Metric::total_p90_ns;
-}
-
 VerdictRow make_row(const Results& results, const Method& method, const std::string& reference,
                     const std::vector<std::string>& scenes) {
     VerdictRow row;
@@ -73,7 +66,7 @@ VerdictRow make_row(const Results& results, const Method& method, const std::str
         }
     }
     row.failed_runs = row.planned.failed_runs();
-    row.slowest_tick = known_largest(row.judged.values(Processes::median, tail_metric(results)));
+    row.slowest_tick = known_largest(row.judged.values(Processes::median, results.tail_metric()));
     if (!errors.empty()) row.error = geometric_mean(errors);
     // A method that failed somewhere has no mean over the scenes: leaving the scene out would flatter it.
     if (row.ok.count() == row.planned.count()) {

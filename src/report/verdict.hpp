@@ -23,7 +23,7 @@ struct VerdictRow {
     int failed_runs = 0;
     bool not_applicable = false;      ///< absent or unsupported on at least one scene
     double error = not_known;         ///< m, geometric mean over scenes of error_on()
-    double slowest_tick = not_known;  ///< ns, maximum of tail_metric() over the judged scenes
+    double slowest_tick = not_known;  ///< ns, maximum of Results::tail_metric() over the judged scenes
     Estimate p50;                     ///< ns
     Estimate p99;                     ///< ns; NaN: too few ticks, or a failed scene
     Estimate ratio;                   ///< p50 relative to the reference detector with the same response
@@ -43,9 +43,6 @@ struct VerdictRow {
     /// NaN: not judged.
     [[nodiscard]] double wrong() const;
 };
-
-/// p99 of a tick where a closed-loop run has enough ticks for one, else p90.
-Metric tail_metric(const Results& results);
 
 VerdictRow make_row(const Results& results, const Method& method, const std::string& reference,
                     const std::vector<std::string>& scenes);
