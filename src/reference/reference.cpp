@@ -364,6 +364,7 @@ ReferenceErrors ReferenceComparison::errors() const {
         error.position_rms = places ? std::sqrt(law.position_squares / law.position_count) : not_known;
         error.position_worst = places ? law.position_worst : not_known;
         error.force_bound = known ? law.solution->force_bound : not_known;
+        error.position_bound = places ? law.solution->position_bound : not_known;
         error.reference_max = known ? law.force_max : not_known;
         error.reference_step = known ? law.force_step : not_known;
     }

@@ -101,6 +101,7 @@ struct ReferenceErrors {
         double position_rms = not_known;    ///< m, of the stored tissue vertices or operators
         double position_worst = not_known;  ///< m
         double force_bound = not_known;     ///< N, root mean square, of the reference itself
+        double position_bound = not_known;  ///< m, largest, of the reference itself
         double reference_max = not_known;   ///< N, largest force of the reference itself, at the run's ticks
         double reference_step = not_known;  ///< N, its largest change from tick to tick, the first from zero
     };

@@ -56,6 +56,8 @@ ScatterChart depth_against_time(const std::vector<ResponseRow>& rows, Metric tai
 /// (Results::tail_metric); on prescribed frames the share of wrong pairs, over the median.
 LineChart targets_over_time(const Draft& draft, const Verdict& overall);
 
+/// The detector of most rows; a caption names it once.
+std::string common_detector(const std::vector<ResponseRow>& rows);
 /// The row in one word for a table: "`penalty:k=1000` (tracked_proximity)"; with its detector where `detector` is
 /// another one.
 std::string name_of_row(const ResponseRow& row, const std::string& detector);

@@ -8,6 +8,7 @@
 #include "measure/statistics.hpp"
 #include "report/metric_table.hpp"
 #include "report/page_one.hpp"
+#include "report/reference_law.hpp"
 #include "report/verdict_order.hpp"
 
 namespace trocar {
@@ -43,27 +44,6 @@ std::string untouched_text(const ResultSet& results) {
     return scaled(known_largest(failed_as_infinite(results, Metric::force_without_touch_m)), mm);
 }
 
-/// "3 of 5; 12 %": scenes on which the force error is within the bound of the reference with hard contact, of those
-/// that have one; on the others the median error in percent of the reference's largest force.
-std::string within_bound_text(const ResultSet& results) {
-    int with_reference = 0;
-    int within = 0;
-    std::vector<double> shares;
-    for (const SceneResult* result : results.results) {
-        const double error = result->ok() ? result->first(Metric::force_error_rms_hard) : not_known;
-        if (std::isnan(error)) continue;
-        ++with_reference;
-        if (error <= result->first(Metric::force_bound_hard)) {
-            ++within;
-        } else {
-            shares.push_back(100.0 * error / result->first(Metric::reference_force_max_hard));
-        }
-    }
-    if (with_reference == 0) return unknown_text;
-    const double share = median(shares);
-    return of_text(within, with_reference) + (std::isnan(share) ? "" : "; " + scaled(share) + " %");
-}
-
 /// The largest over the scenes of a run's largest force step over that of the reference with hard contact.
 std::string step_ratio_text(const ResultSet& results) {
     return scaled(known_largest(failed_as_infinite(results, [](const SceneResult& result) {
@@ -80,15 +60,6 @@ MetricColumn slowest_column(Metric tail) {
                                   results, [tail](const SceneResult& result) { return result.of(tail).value; })),
                               ms);
             }};
-}
-
-/// The detector of most rows; the caption names it once.
-std::string common_detector(const std::vector<ResponseRow>& rows) {
-    std::map<std::string, int> count;
-    for (const ResponseRow& row : rows) ++count[row.who.front().detector];
-    const auto most =
-        std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-    return most == count.end() ? std::string() : most->first;
 }
 
 std::string scenes_text(std::size_t count, const char* kind = "") {
@@ -143,6 +114,14 @@ std::string ratio_header(const Draft& draft) {
 }
 
 }  // namespace
+
+std::string common_detector(const std::vector<ResponseRow>& rows) {
+    std::map<std::string, int> count;
+    for (const ResponseRow& row : rows) ++count[row.who.front().detector];
+    const auto most =
+        std::max_element(count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
+    return most == count.end() ? std::string() : most->first;
+}
 
 std::string name_of_row(const ResponseRow& row, const std::string& detector) {
     std::vector<std::string> detectors;  // of those of the same response as the first
@@ -292,6 +271,7 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
     const std::vector<std::size_t> shown = rows_that_matter(rows);
     table.caption = fmt::format("Responses, {}, with {}", judged_text(draft, tissue), code(detector));
     table.columns = {{.header = "response", .wide = true}};
+    const std::set<std::string> with_reference = scenes_with(draft.results, hard_law.force_bound);
     const std::vector<MetricColumn> columns{
         {.header = "residual penetration, median [95 %] (mm)",
          .metric = Metric::residual_penetration_max_m,
@@ -300,7 +280,10 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
         {.header = "force without touch (mm)", .metric = Metric::force_without_touch_m, .text = untouched_text},
         {.header = "force within bound of N; else error (% of peak)",
          .metric = Metric::force_error_rms_hard,
-         .text = within_bound_text},
+         .text =
+             [with_reference](const ResultSet& results) {
+                 return force_within_text(on_scenes(results, with_reference), hard_law);
+             }},
         {.header = "force step / reference's", .metric = Metric::force_jump_max_n, .text = step_ratio_text},
         slowest_column(draft.results.tail_metric())};
     std::vector<MetricRow> lines;

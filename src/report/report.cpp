@@ -43,6 +43,7 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     add_against(draft);
     add_resolution(draft);
     add_kinds(draft);
+    add_reference_laws(draft);
     add_between_ticks(draft);
     add_lost_by_the_detector(draft);
     add_verdict_by_class(draft);

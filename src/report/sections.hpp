@@ -187,6 +187,7 @@ std::string external_sentence(const Draft& draft);
 // kind_section.cpp
 /// Residual penetration by kind of drawn scene, with the median over all of them and its interval.
 void add_kinds(Draft& draft);
+void add_reference_laws(Draft& draft);
 
 // table_3_1_section.cpp
 /// Table 3.1 of the thesis, with numbers of detectors on generated scenes.

@@ -89,6 +89,12 @@ double ContactLaws::own_pressure(Range vertices, const TissueScale& scale) const
 }
 
 void ContactLaws::finish_on_tissue(Index tissue, const Vector3& other_velocity, ContactForceLaw& linear) const {
+    if (settings_.by_area) {
+        const double weight =
+            mean_over(linear.vertices, linear.weights, materials_->area) / scale_[at(tissue)].vertex_area;
+        linear.k *= weight;
+        linear.mu *= weight;
+    }
     linear.gap -= settings_.contact_offset * scale_[at(tissue)].edge;
     // Bounds k d of a deep gap, which would accelerate light tissue too much.
     linear.gap = std::max(linear.gap, -clear_speed_[at(tissue)] * settings_.relaxation_time);
@@ -185,6 +191,7 @@ LawSettings read_law_settings(const ParameterValues& values) {
     read("pressure", settings.pressure);
     read("friction", settings.friction);
     read("friction_k", settings.friction_k);
+    settings.by_area = values.has("weight") && values.is("weight", "area");
     return settings;
 }
 

@@ -26,6 +26,7 @@ struct LawSettings {
     double friction = 0.0;                                         ///< Coulomb coefficient
     double friction_k = 1000.0;                                    ///< N/m
     bool tissue_alone = false;                                     ///< k and mu apply on tissue only
+    bool by_area = false;  ///< on tissue k and mu are times the pushed feature's area over the mean of a vertex
 };
 
 /// Force laws per body pair, in a table built once per run.
@@ -42,8 +43,8 @@ public:
     [[nodiscard]] CollisionClass kind(Index body_a, Index body_b) const { return law(body_a, body_b).kind; }
     /// N/m, default on tissue if k() is NaN: weighted mean of the springs at the load's vertices.
     [[nodiscard]] double mean_of_springs(const ContactPoint& load) const;
-    /// Completes a law that pushes `tissue`: contact offset, depth clamp by clear speed, force limit and friction.
-    /// `other_velocity`: m/s, of the other surface.
+    /// Completes a law that pushes `tissue`: weight by area, contact offset, depth clamp by clear speed, force limit
+    /// and friction. `other_velocity`: m/s, of the other surface.
     void finish_on_tissue(Index tissue, const Vector3& other_velocity, ContactForceLaw& linear) const;
     /// Values of the stiffest pair with tissue, else of the stiffest pair; none without a pair. `on_tissue`: N/m, the
     /// method's own stiffness there; NaN: that of the table.

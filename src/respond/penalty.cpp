@@ -19,6 +19,10 @@ ResponseEntry penalty_response() {
     entry.own = true;
     entry.parameters = law_parameters_on_tissue(auto_stiffness, false);
     entry.parameters.push_back(reduction_parameter());
+    entry.parameters.push_back(choice_parameter(
+        "weight", "vertex", {"vertex", "area"},
+        "on tissue k and mu act at every vertex alike; or times the pushed feature's area over the mean "
+        "of a vertex, as an elastic foundation"));
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<PointResponse>(
             PointResponse::Settings{.law = read_law_settings(values), .reduce = values.is("reduction", "vertex")});

@@ -19,6 +19,7 @@ namespace {
 
 struct UnilateralSettings {
     LawSettings law = {};
+    bool of_scene = false;  ///< k and mu on tissue are the scene's where it has them
     bool grasp = true;
     GraspSettings grasping = {};
 };
@@ -28,7 +29,7 @@ public:
     explicit Unilateral(const UnilateralSettings& settings) : settings_(settings) {}
 
     [[nodiscard]] std::optional<ForceLawValues> values_in_force() const override {
-        return laws_.values_in_force(stiffness_);
+        return settings_.of_scene ? laws_.values_in_force() : laws_.values_in_force(stiffness_);
     }
     void prepare(const Topology& topology, const Materials& materials) override {
         topology_ = &topology;
@@ -85,8 +86,9 @@ private:
         linear.gap = contact.gap;
         linear.normal = contact.normal;
         linear.face_velocity = velocity_a.dot(contact.normal);
-        linear.k = stiffness_;
-        linear.mu = damping_;
+        const double of_scene = settings_.of_scene ? laws_.k(contact.body_a, contact.body_b) : std::nan("");
+        linear.k = std::isnan(of_scene) ? stiffness_ : of_scene;
+        linear.mu = std::isnan(of_scene) ? damping_ : laws_.mu(contact.body_a, contact.body_b, of_scene);
         linear.vertices = contact.on_b.vertices;
         linear.weights = contact.on_b.weights;
         if (kind(contact.body_a) == BodyKind::tissue) {
@@ -135,8 +137,9 @@ ResponseEntry unilateral_response() {
     entry.contact_generators = {"tracked_proximity", "proximity"};
     entry.parameters = law_parameters_on_tissue(
         "on tissue 5000 times the stiffest vertex' mean spring (k_effective_n_per_m of a run), elsewhere the scene's, "
-        "else 1000",
+        "else 1000; scene: the scene's on tissue, too",
         true);
+    entry.parameters.front().words.emplace_back("scene");
     const std::vector<Parameter> grasping{
         choice_parameter("grasp", "on", {"on", "off"},
                          "jaws that close hold the tissue between them on springs that slip"),
@@ -151,6 +154,7 @@ ResponseEntry unilateral_response() {
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<Unilateral>(
             UnilateralSettings{.law = read_law_settings(values),
+                               .of_scene = values.is("k", "scene"),
                                .grasp = values.is("grasp", "on"),
                                .grasping = {.both_jaws = true,
                                             .stiffness = values.number("grasp_k"),

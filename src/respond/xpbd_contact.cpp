@@ -15,12 +15,14 @@ ResponseEntry xpbd_contact_response() {
     entry.version = "2";
     entry.own = true;
     entry.without_tissue = acts_as_penalty;
-    entry.parameters = {number_parameter("k", "N/m", "1e9", 0.0, 1e12, "on tissue, 1 / compliance; 1e9 is rigid there"),
-                        reduction_parameter()};
+    entry.parameters = {
+        number_parameter("k", "N/m", "1e9", 0.0, 1e12,
+                         "on tissue, 1 / compliance; 1e9 is rigid there; scene: the scene's k and mu", {"scene"}),
+        reduction_parameter()};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         PointResponse::Settings settings;
         settings.law.k = values.number("k");
-        settings.law.mu = 0.0;
+        if (!values.is("k", "scene")) settings.law.mu = 0.0;
         settings.law.tissue_alone = true;
         settings.reduce = values.is("reduction", "vertex");
         return std::make_unique<PointResponse>(settings);

@@ -195,6 +195,22 @@ std::string stream_text() {
         scene_frames_stiffness);
 }
 
+/// N/m, of the scene's stiffest law of a pair with tissue, else of any pair; NaN without one.
+double stiffness_of(const Scene& scene) {
+    double stiffest = std::nan("");
+    bool on_tissue = false;
+    for (std::size_t i = 0; i < scene.topology.body_pairs.size(); ++i) {
+        const double k = scene.materials.contact_laws[i].k;
+        const auto [a, b] = scene.topology.body_pairs[i];
+        const bool tissue = scene.topology.bodies[at(a)].kind == BodyKind::tissue ||
+                            scene.topology.bodies[at(b)].kind == BodyKind::tissue;
+        if (std::isnan(k) || tissue < on_tissue) continue;
+        stiffest = tissue > on_tissue ? k : std::fmax(stiffest, k);
+        on_tissue = tissue;
+    }
+    return stiffest;
+}
+
 void add_errors(const ReferenceErrors& errors, Summary& summary) {
     for (const auto& [law, ending] : {std::pair{&errors.equal_k, "_equal_k"}, std::pair{&errors.hard, "_hard"}}) {
         const auto put = [&, end = ending](const char* name, double value) {
@@ -206,8 +222,9 @@ void add_errors(const ReferenceErrors& errors, Summary& summary) {
         put("position_error_rms", law->position_rms);
         put("position_error_worst", law->position_worst);
         put("force_bound", law->force_bound);
+        put("position_bound", law->position_bound);
+        put("reference_force_max", law->reference_max);
     }
-    summary[Metric::reference_force_max_hard] = errors.hard.reference_max;
     summary[Metric::reference_force_step_hard] = errors.hard.reference_step;
     summary[Metric::reference_clears_hard] = errors.hard_clears;
 }
@@ -296,6 +313,7 @@ public:
             summary[Metric::relaxation_time_effective_s] = values->relaxation_time;
             summary[Metric::damping_ratio] = values->damping_ratio;
         }
+        summary[Metric::k_scene_n_per_m] = stiffness_of(*scene_);
         summary[Metric::force_without_touch_m] = untouched_ ? untouched_->largest() : std::nan("");
         add_errors(comparison_.errors(), summary);
         if (against_) summary.merge(against_->figures());

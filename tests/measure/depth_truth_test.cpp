@@ -556,6 +556,19 @@ TEST(EdgeDepth, AnEdgeThroughTwoCubesIsInsideTwiceAndAsDeepAsItsDistanceToTheNea
         const EdgeDepth through = depth_of({{16, 17}, {17, 16}});
         EXPECT_EQ(through.stretches, 2);
         EXPECT_NEAR(through.depth, 0.0004, 1e-9);
+        // A face that an edge leaves into another cube that holds it too ends no stretch.
+        const test::World nested = test::make_world(
+            "nested", {{BodyKind::rigid, cube(0.0)}, {BodyKind::rigid, test::slab(0.001, 0.001, 1).move(at)}});
+        Matrix3X places = nested.frame.position;
+        places.conservativeResize(3, 18);
+        places.col(16) = position.col(16);
+        places.col(17) = position.col(17);
+        RayTree nested_rays;
+        nested_rays.prepare(nested.topology.triangles, {0, 24}, places);
+        EXPECT_EQ(edge_depth(nested.topology.triangles, places, std::vector<std::array<Index, 2>>{{16, 17}},
+                             nested_rays, [](const Vector3&) { return 1e-4; })
+                      .stretches,
+                  1);
         const EdgeDepth within = depth_of({{18, 19}});
         EXPECT_EQ(within.stretches, 1);
         EXPECT_NEAR(within.depth, 0.0005, 0.0002 / 500.0) << "1/512 of the way from 0.3 mm to it";

@@ -38,6 +38,20 @@ TEST(Metrics, AreExplainedOnceEach) {
     EXPECT_THROW((void)metric_of("nonsense"), std::logic_error);
 }
 
+TEST(Summary, ForcesAndTheirStepsAreTheLargestOfAllTicks) {
+    std::vector<StepRow> rows{row_of(0), row_of(1), row_of(2), row_of(3)};
+    // The largest force and the largest step are neither first nor last.
+    rows[0].tool_force = Vector3(0.0, 0.0, 1.0);
+    rows[1].tool_force = Vector3(0.0, 3.0, 4.0);
+    rows[2].tool_force = Vector3(0.0, -3.0, 0.0);
+    rows[3].tool_force = Vector3(0.0, -2.0, 0.0);
+    const auto figures = summarize(rows);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::force_max_n), 5.0);
+    EXPECT_DOUBLE_EQ(figures.at(Metric::force_jump_max_n), std::sqrt(52.0));
+    EXPECT_DOUBLE_EQ(figures.at(Metric::force_rms_n), std::sqrt(39.0 / 4.0));
+    EXPECT_EQ(figures.at(Metric::force_flips), 1.0);
+}
+
 TEST(Summary, PairFiguresFollowTheirDefinitions) {
     std::vector<StepRow> rows(2);
     rows[0].pairs = 9;  // 8 true ones and 1 that is not; 2 missed of which 1 touches

@@ -87,7 +87,7 @@ TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
               (std::vector<std::string>{"`unilateral` (intersection)", "0.350", "0.500, 2 tears", "0.0300",
                                         "1 of 2; 15.0 %", "0.500", "0.300", "0 of 2"}));
     EXPECT_EQ(table.rows.at(2).cells,
-              (std::vector<std::string>{"`loser` (intersection)", "∞", "∞", "∞", "n/a", "∞", "∞", "1 of 2"}))
+              (std::vector<std::string>{"`loser` (intersection)", "∞", "∞", "∞", "0 of 1; ∞ %", "∞", "∞", "1 of 2"}))
         << "a failed run is infinite, in a median of two as well";
     EXPECT_EQ(table.rows.at(0).command,
               "for scene in a.json b.json; do trocar run $scene --detector mine --response unilateral --contacts "

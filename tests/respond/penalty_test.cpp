@@ -69,6 +69,36 @@ TEST(Penalty, ReductionKeepsTheDeepestContactOfAVertex) {
     EXPECT_NEAR(s.shown_force(0).z(), -0.47, 1e-12);
 }
 
+TEST(Penalty, WeightByAreaIsThatOfThePushedFeature) {
+    PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    s.respond("penalty:k=100,mu=2");
+    ASSERT_EQ(s.output.contacts.size(), 1U);
+    const Range tissue = s.topology.bodies[1].vertices;
+    double mean = 0.0;
+    for (Index v = tissue.first; v < tissue.end(); ++v) {
+        // Unequal areas, so that the weight is not 1.
+        s.materials.area[at(v)] = 1e-6 * static_cast<double>(v);
+        mean += s.materials.area[at(v)] / static_cast<double>(tissue.count);
+    }
+    const double share = s.materials.area[at(s.output.contacts[0].vertices[0])] / mean;
+    EXPECT_GT(std::abs(share - 1.0), 0.1);
+    s.respond("penalty:k=100,mu=2,weight=area");
+    ASSERT_EQ(s.output.contacts.size(), 1U);
+    EXPECT_NEAR(s.output.contacts[0].k, 100.0 * share, 1e-12);
+    EXPECT_NEAR(s.output.contacts[0].mu, 2.0 * share, 1e-12);
+}
+
+TEST(SceneStiffness, EveryResponseOfAForceLawCanTakeIt) {
+    for (const char* response : {"penalty", "unilateral:k=scene", "xpbd_contact:k=scene"}) {
+        PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+        s.materials.contact_laws = {{.k = 321.0, .mu = 7.0}};
+        s.respond(response);
+        ASSERT_FALSE(s.output.contacts.empty()) << response;
+        EXPECT_EQ(s.output.contacts[0].k, 321.0) << response;
+        EXPECT_EQ(s.output.contacts[0].mu, 7.0) << response;
+    }
+}
+
 /// A shaft whose tip is one vertex, pressed `depth` into a flat bone straight over one of its vertices or beside it.
 Vector3 force_of_a_tip_on_a_plate(const std::string& response, double beside, double depth) {
     const Scene scene = test::scene_from_text(fmt::format(

@@ -75,6 +75,25 @@ TEST(GeneratedScene, TriangleCountsAreTheOnesAskedFor) {
     }
 }
 
+TEST(GeneratedScene, ACountThatAMeshHasIsMetExactly) {
+    const InstrumentInTissue near({.tissue_triangles = 2000, .instrument_triangles = 500});
+    const Index count = near.topology().bodies[0].triangles.count;
+    const InstrumentInTissue exact({.tissue_triangles = 2000, .instrument_triangles = count});
+    EXPECT_EQ(exact.topology().bodies[0].triangles.count, count);
+}
+
+TEST(GeneratedScene, InstrumentsThatShareATissueStandFourCentimetresApart) {
+    const InstrumentInTissue scene({.tissue_triangles = 2000, .instrument_triangles = 500, .instruments = 2});
+    const Frame frame = frame_of(scene, 0);
+    const auto middle = [&](std::size_t body) {
+        const Range own = scene.topology().bodies[body].vertices;
+        const auto x = frame.position.row(0).segment(own.first, own.count);
+        return 0.5 * (x.minCoeff() + x.maxCoeff());
+    };
+    EXPECT_NEAR(std::abs(middle(0) - middle(1)), 0.04, 0.002);
+    EXPECT_NEAR(middle(0) + middle(1), 0.0, 0.002);
+}
+
 TEST(GeneratedScene, BodiesAreClosedAndTurnedOutward) {
     for (const InstrumentInTissueSpec& spec : one_of_each()) {
         const InstrumentInTissue scene(spec);

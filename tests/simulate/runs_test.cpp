@@ -365,6 +365,7 @@ TEST(MakeRun, ATurnedStiffnessIsHeldAgainstItsOwnReference) {
     equal_k.available = true;
     equal_k.until = 1.0;
     equal_k.force_bound = 0.125;
+    equal_k.position_bound = 0.25;
     equal_k.sample_interval = 1.0;
     equal_k.position_interval = 1.0;
     equal_k.points = {0};
@@ -377,6 +378,8 @@ TEST(MakeRun, ATurnedStiffnessIsHeldAgainstItsOwnReference) {
     spec.overrides = "k=400";
     Record record = make_run(scene, spec);
     EXPECT_EQ(record.summary.at(Metric::force_bound_equal_k), 0.125);
+    EXPECT_EQ(record.summary.at(Metric::position_bound_equal_k), 0.25);
+    EXPECT_EQ(record.summary.at(Metric::k_scene_n_per_m), 400.0);
     EXPECT_GT(record.summary.at(Metric::force_error_rms_equal_k), 0.0);
     EXPECT_NE(record.environment.at("reference.hard").find("none is stored for this scene"), std::string::npos);
     for (const char* other : {"k=300", ""}) {
