@@ -260,8 +260,8 @@ void add_hard_cases(Draft& draft) {
     Table moving = table_of(scenes, "Responses on scenes", "case");
     moving.note =
         "Each response reads the contacts of the generator that is its own by default, or that the study names. "
-        "Figures as "
-        "in the list of words at the end.";
+        "Figures "
+        "as in the list of words at the end.";
     draft.add(std::move(moving));
     for (const auto& [name, reason] : reason_of) reasons.rows.push_back({.cells = {code(name), reason}});
     draft.add(std::move(reasons));

@@ -15,14 +15,15 @@ struct ReferenceLaw {
     Metric force_max;       ///< N, of the reference
     Metric position_error;  ///< m, largest
     Metric position_bound;  ///< m
+    bool of_scene;          ///< else hard
 };
 /// Contact as stiff as the scene says.
-inline constexpr ReferenceLaw scene_law{Metric::force_error_rms_equal_k, Metric::force_bound_equal_k,
+inline constexpr ReferenceLaw scene_law{Metric::force_error_rms_equal_k,     Metric::force_bound_equal_k,
                                         Metric::reference_force_max_equal_k, Metric::position_error_worst_equal_k,
-                                        Metric::position_bound_equal_k};
-inline constexpr ReferenceLaw hard_law{Metric::force_error_rms_hard, Metric::force_bound_hard,
+                                        Metric::position_bound_equal_k,      true};
+inline constexpr ReferenceLaw hard_law{Metric::force_error_rms_hard,     Metric::force_bound_hard,
                                        Metric::reference_force_max_hard, Metric::position_error_worst_hard,
-                                       Metric::position_bound_hard};
+                                       Metric::position_bound_hard,      false};
 
 /// Closed-loop scenes on which some run knows the metric. A run that crashed does not know whether there is a
 /// reference.

@@ -105,17 +105,16 @@ bool has_scene_law(const ResultSet& results) {
     return any;
 }
 
-Table law_table(const Draft& draft, const ReferenceLaw& law, bool tissue) {
+Table law_table(const Draft& draft, const ReferenceLaw& law, const std::vector<ResponseRow>& rows, bool tissue) {
     struct Line {
         const ResponseRow* row;
         ResultSet on;
         double share;
     };
     const std::set<std::string> scenes = scenes_with(draft.results, law.force_bound);
-    const std::vector<ResponseRow> rows = response_rows(draft, tissue);
     std::vector<Line> lines;
     for (const ResponseRow& row : rows) {
-        if (row.control || (law.force_bound == scene_law.force_bound && !has_scene_law(row.planned))) continue;
+        if (row.control || (law.of_scene && !has_scene_law(row.planned))) continue;
         ResultSet on = on_scenes(row.planned, scenes);
         if (on.count() == 0) continue;
         const double share = or_last(as_printed(force_share(on, law)));
@@ -151,24 +150,21 @@ Table law_table(const Draft& draft, const ReferenceLaw& law, bool tissue) {
                                     : line.row->ours          ? TableRow::Style::own
                                                               : TableRow::Style::normal});
     }
-    table =
-        table_of({.caption = fmt::format("{}, scenes {} tissue with a reference",
-                                         law.force_bound == scene_law.force_bound ? "Law of the scene" : "Hard contact",
-                                         tissue ? "with" : "without"),
-                  .columns = {{.header = "response", .wide = true}}},
-                 columns, printed);
+    table = table_of(
+        {.caption = fmt::format("{}, scenes {} tissue with a reference",
+                                law.of_scene ? "Law of the scene" : "Hard contact", tissue ? "with" : "without"),
+         .columns = {{.header = "response", .wide = true}}},
+        columns, printed);
     table.note =
         "Order: rows that failed last, then the median force error in percent of the reference's largest force. An "
         "error "
-        "within the bound of its reference is as good as none; two rows are tied on a scene unless their errors "
-        "differ "
+        "within the bound of its reference is as good as none; two rows are tied on a scene unless their errors differ "
         "by more than twice the bound. A failed run is infinitely wrong.";
-    if (law.force_bound == scene_law.force_bound) {
+    if (law.of_scene) {
         table.note +=
-            " Rows have the scene's k and mu in force. The reference spreads k over the area of the surface, so that "
-            "methods with k at vertices differ from it on any step; `penalty` weighted by area with `implicit` at an "
-            "eighth "
-            "of the tick, where the study runs it, is what can be attained.";
+            " Rows have the scene's k and mu in force. The reference spreads k over the area of the surface, methods "
+            "have it at vertices: `penalty` weighted by area with `implicit` at an eighth of the tick, where the study "
+            "runs it, shows how much of the difference weight and time step make.";
     }
     return table;
 }
@@ -199,13 +195,14 @@ std::string force_within_text(const ResultSet& on_references, const ReferenceLaw
 void add_reference_laws(Draft& draft) {
     std::vector<Table> tables;
     const std::vector<std::string> scenes = draft.results.scenes("closed_loop");
+    const bool any_tissue = judged_scenes(draft.results, scenes, false).size() < scenes.size();
+    const std::vector<ResponseRow> soft = any_tissue ? response_rows(draft, true) : std::vector<ResponseRow>{};
+    const std::vector<ResponseRow> rigid = response_rows(draft, false);
     for (const ReferenceLaw* law : {&hard_law, &scene_law}) {
-        for (const bool tissue : {true, false}) {
-            // Without tissue both sets of scenes are the same.
-            if (tissue && judged_scenes(draft.results, scenes, false).size() == scenes.size()) continue;
-            if (Table table = law_table(draft, *law, tissue); !table.rows.empty()) tables.push_back(std::move(table));
-        }
+        tables.push_back(law_table(draft, *law, soft, true));
+        tables.push_back(law_table(draft, *law, rigid, false));
     }
+    std::erase_if(tables, [](const Table& table) { return table.rows.empty(); });
     if (tables.empty()) return;
     draft.heading(2, "Force and position against the references");
     for (Table& table : tables) draft.add(std::move(table));

@@ -187,6 +187,9 @@ std::string external_sentence(const Draft& draft);
 // kind_section.cpp
 /// Residual penetration by kind of drawn scene, with the median over all of them and its interval.
 void add_kinds(Draft& draft);
+
+// reference_law_section.cpp
+/// Force and position against the stored references: hard contact, and the law of the scene.
 void add_reference_laws(Draft& draft);
 
 // table_3_1_section.cpp

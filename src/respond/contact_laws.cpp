@@ -90,8 +90,9 @@ double ContactLaws::own_pressure(Range vertices, const TissueScale& scale) const
 
 void ContactLaws::finish_on_tissue(Index tissue, const Vector3& other_velocity, ContactForceLaw& linear) const {
     if (settings_.by_area) {
-        const double weight =
-            mean_over(linear.vertices, linear.weights, materials_->area) / scale_[at(tissue)].vertex_area;
+        const double side = scale_[at(tissue)].side;
+        const double mean_area = side * side / static_cast<double>(topology_->bodies[at(tissue)].vertices.count);
+        const double weight = mean_over(linear.vertices, linear.weights, materials_->area) / mean_area;
         linear.k *= weight;
         linear.mu *= weight;
     }

@@ -24,7 +24,6 @@ std::vector<TissueScale> tissue_scales(const Topology& topology, const Materials
             area += materials.area[at(v)];
         }
         scales[b].edge = edge[b];
-        scales[b].vertex_area = area / static_cast<double>(body.vertices.count);
         scales[b].side = std::sqrt(area);
         scales[b].wave_speed = mass > 0.0 && energy[b] > 0.0 ? std::sqrt(energy[b] / (3.0 * mass))
                                                              : std::numeric_limits<double>::infinity();

@@ -9,10 +9,9 @@
 namespace trocar {
 
 struct TissueScale {
-    double edge = 0.0;         ///< m, mean rest length of its springs
-    double vertex_area = 0.0;  ///< m², mean of its vertices at rest
-    double side = 0.0;         ///< m, side of a square as large as its surface at rest
-    double wave_speed = 0.0;   ///< m/s, sqrt(E / rho) of its springs and masses; infinite without either
+    double edge = 0.0;        ///< m, mean rest length of its springs
+    double side = 0.0;        ///< m, side of a square as large as its surface at rest
+    double wave_speed = 0.0;  ///< m/s, sqrt(E / rho) of its springs and masses; infinite without either
 
     static constexpr double most_clear_depth = 1e-4;  ///< m, depth that counts as clear: a user's tolerance
 };

@@ -19,7 +19,7 @@ namespace {
 
 struct UnilateralSettings {
     LawSettings law = {};
-    bool of_scene = false;  ///< k and mu on tissue are the scene's where it has them
+    bool of_scene = false;  ///< k and mu on tissue are those of `penalty`
     bool grasp = true;
     GraspSettings grasping = {};
 };
@@ -86,9 +86,9 @@ private:
         linear.gap = contact.gap;
         linear.normal = contact.normal;
         linear.face_velocity = velocity_a.dot(contact.normal);
-        const double of_scene = settings_.of_scene ? laws_.k(contact.body_a, contact.body_b) : std::nan("");
-        linear.k = std::isnan(of_scene) ? stiffness_ : of_scene;
-        linear.mu = std::isnan(of_scene) ? damping_ : laws_.mu(contact.body_a, contact.body_b, of_scene);
+        linear.k = settings_.of_scene ? laws_.k(contact.body_a, contact.body_b) : stiffness_;
+        if (std::isnan(linear.k)) linear.k = laws_.mean_of_springs(contact.on_b);
+        linear.mu = settings_.of_scene ? laws_.mu(contact.body_a, contact.body_b, linear.k) : damping_;
         linear.vertices = contact.on_b.vertices;
         linear.weights = contact.on_b.weights;
         if (kind(contact.body_a) == BodyKind::tissue) {
@@ -137,7 +137,7 @@ ResponseEntry unilateral_response() {
     entry.contact_generators = {"tracked_proximity", "proximity"};
     entry.parameters = law_parameters_on_tissue(
         "on tissue 5000 times the stiffest vertex' mean spring (k_effective_n_per_m of a run), elsewhere the scene's, "
-        "else 1000; scene: the scene's on tissue, too",
+        "else 1000; scene: as of penalty",
         true);
     entry.parameters.front().words.emplace_back("scene");
     const std::vector<Parameter> grasping{
