@@ -63,7 +63,7 @@ TEST(JudgedScenes, OfTheStudyAreTheDrawOfItsSeed) {
     const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "bench/studies/scenes/judged";
     std::size_t files = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) files += entry.is_regular_file() ? 1 : 0;
-    const std::vector<DrawnScene> scenes = draw_judged_scenes(0x39fc4971);
+    const std::vector<DrawnScene> scenes = draw_judged_scenes(0xeccfd6b2);
     EXPECT_EQ(files, scenes.size());
     for (const DrawnScene& scene : scenes) {
         EXPECT_EQ(read_whole(folder / (scene.name + ".json"), "a scene"), scene.text) << scene.name;
@@ -125,7 +125,7 @@ TEST_P(JudgedScenesOfSeeds, NothingRigidMeetsAndNoPinnedVertexIsInATool) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, JudgedScenesOfSeeds, testing::Values(0x39fc4971ULL, 1ULL, 15ULL));
+INSTANTIATE_TEST_SUITE_P(Seeds, JudgedScenesOfSeeds, testing::Values(0xeccfd6b2ULL, 1ULL, 15ULL));
 
 }  // namespace
 }  // namespace trocar
