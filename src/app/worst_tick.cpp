@@ -191,7 +191,8 @@ std::optional<WorstTick> see_worst_tick(const std::vector<Record>& records, cons
                                         const std::optional<std::filesystem::path>& data) {
     const std::optional<WorstTickRuns> runs = worst_tick_runs(records);
     if (!runs) return std::nullopt;
-    const Record& worst = runs->other == nullptr ? *runs->first : *runs->other;
+    const bool first_is_deeper = runs->other == nullptr || runs->first_is_deeper;
+    const Record& worst = first_is_deeper ? *runs->first : *runs->other;
     const Scene scene =
         read_scene(scene_file_of(worst, study_folder).value_or(study_folder / worst.spec.scene_file), data);
     PlayedFrame deep;
@@ -205,14 +206,14 @@ std::optional<WorstTick> see_worst_tick(const std::vector<Record>& records, cons
     seen.tick = deep.tick;
     seen.time = deep.time;
     PlayedFrame frame = deep;
-    if (runs->other != nullptr) {
-        const Record first_again = run_again(scene, *runs->first, {.every = 0, .ticks = {deep.tick}}, frame);
-        seen.states.push_back(state_of(scene.topology, frame, cut, marked, runs->first_name, runs->first->state_hash));
-        seen.force.push_back(force_of(runs->first_name, first_again));
-    }
-    const std::string& name = runs->other == nullptr ? runs->first_name : runs->other_name;
-    seen.states.push_back(state_of(scene.topology, deep, cut, marked, name, worst.state_hash));
-    seen.force.push_back(force_of(name, worst_again));
+    const auto show = [&](const std::string& name, const Record& record) {
+        const bool deeper = &record == &worst;
+        const Record again = deeper ? worst_again : run_again(scene, record, {.every = 0, .ticks = {deep.tick}}, frame);
+        seen.states.push_back(state_of(scene.topology, deeper ? deep : frame, cut, marked, name, record.state_hash));
+        seen.force.push_back(force_of(name, again));
+    };
+    show(runs->first_name, *runs->first);
+    if (runs->other != nullptr) show(runs->other_name, *runs->other);
     add_reference(hard, runs->other != nullptr && driven_alike(scene.topology, frame, deep), deep, cut, seen);
     return seen;
 }

@@ -161,13 +161,16 @@ std::optional<WorstTickRuns> worst_tick_runs(const std::vector<Record>& records)
         const SceneResult* ours = draft.results.find(first, scene);
         const SceneResult* theirs = draft.results.find(other, scene);
         if (ours == nullptr || theirs == nullptr || !ours->ok() || !theirs->ok()) continue;
-        const double depth = theirs->runs.front()[Metric::residual_penetration_max_m];
-        if (std::isnan(depth)) continue;
-        const std::pair rank{!std::isnan(theirs->runs.front()[Metric::force_error_rms_hard]), depth};
+        const double our_depth = ours->runs.front()[Metric::residual_penetration_max_m];
+        const double their_depth = theirs->runs.front()[Metric::residual_penetration_max_m];
+        if (std::isnan(our_depth) || std::isnan(their_depth)) continue;
+        const std::pair rank{!std::isnan(theirs->runs.front()[Metric::force_error_rms_hard]),
+                             std::max(our_depth, their_depth)};
         if (rank <= best) continue;
         best = rank;
         chosen = WorstTickRuns{.first = ours->runs.front().record,
                                .other = headline.other == nullptr ? nullptr : theirs->runs.front().record,
+                               .first_is_deeper = our_depth >= their_depth,
                                .first_name = response_name(first),
                                .other_name = headline.other == nullptr ? "" : response_name(other)};
     }

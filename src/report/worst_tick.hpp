@@ -52,11 +52,12 @@ std::string to_json(const WorstTick& seen);
 /// Throws InputError.
 WorstTick worst_tick_from_json(const std::string& text, const std::string& file);
 
-/// Runs of the picture: on the scene where the best other response was deepest, the response of the summary sentence
-/// and that other one. Scenes with a hard-contact reference come first. Empty when no response was judged.
+/// Runs of the picture: the response of the summary sentence and the best other one, on the scene where either was
+/// deepest. Scenes with a hard-contact reference come first. Empty when no response was judged.
 struct WorstTickRuns {
     const Record* first = nullptr;
     const Record* other = nullptr;  ///< null: only one run
+    bool first_is_deeper = true;    ///< by the worst depth of the scene; the tick shown is that of this run
     std::string first_name;
     std::string other_name;
 };

@@ -407,15 +407,20 @@ TEST(WorstTick, StatesStandSideBySideEachUnderItsNameWithItsOwnMarks) {
     EXPECT_LT(end_before, std::stod(width[0]));
 }
 
-TEST(WorstTick, ShowsTheSceneWhereTheBestOtherResponseIsDeepest) {
+TEST(WorstTick, ShowsTheSceneWhereEitherRunIsDeepest) {
     std::vector<Record> records = four_responses();
     const auto runs = worst_tick_runs(records);
     ASSERT_TRUE(runs.has_value());
     EXPECT_EQ(runs->first->spec.response, "unilateral");
     EXPECT_EQ(runs->other->spec.response, "baseline");
     EXPECT_EQ(runs->other->spec.scene, "b");
+    EXPECT_FALSE(runs->first_is_deeper);
     records[2].summary[Metric::force_error_rms_hard] = 0.1;  // of b there is no solution to set them against
     EXPECT_EQ(worst_tick_runs(records)->other->spec.scene, "a");
+    records[0].summary[Metric::residual_penetration_max_m] = 3e-3;
+    records[2].summary.erase(Metric::force_error_rms_hard);
+    EXPECT_EQ(worst_tick_runs(records)->first->spec.scene, "a");
+    EXPECT_TRUE(worst_tick_runs(records)->first_is_deeper);
 }
 
 }  // namespace
