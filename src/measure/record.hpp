@@ -32,7 +32,7 @@ struct RunSpec {
     std::string against = {};  ///< second stepper of the run (simulate/against.hpp); empty: none
     std::string query_distance_margin = {};  ///< mean edges; empty: the default one
     std::string device = {};      ///< "key=value,…" with all settings; empty in replay, else the default one
-    std::string setting;          ///< "default" | "recommended" | "tuned"
+    std::string setting;          ///< "default" | "recommended" | "tuned" | "reading"
     std::int64_t repetition = 0;  ///< process number
     std::uint64_t seed = 1;
     std::int64_t ticks = 0;

@@ -33,22 +33,35 @@ std::vector<ResponseRow> response_rows(const Draft& draft, bool tissue) {
         return common.at(a.detector) > common.at(b.detector);
     });
     std::vector<ResponseRow> rows;
+    std::vector<ResponseRow> readings;
     for (const Method& method : methods) {
-        const auto twin = std::find_if(rows.begin(), rows.end(), [&](const ResponseRow& row) {
-            return results.move_alike(row.who.front(), method, scenes);
+        ResponseRow row{make_row(results, method, {}, scenes), {method}, results.fact(method, "response.setting")};
+        row.not_run = static_cast<int>(scenes.size() - row.planned.count());
+        if (row.planned.count() == 0) continue;
+        if (!results.fact(method, "response.reading_of").empty()) {
+            readings.push_back(std::move(row));
+            continue;
+        }
+        const auto twin = std::find_if(rows.begin(), rows.end(), [&](const ResponseRow& other) {
+            return results.move_alike(other.who.front(), method, scenes);
         });
         if (twin != rows.end()) {
             twin->who.push_back(method);
-            continue;
+        } else {
+            rows.push_back(std::move(row));
         }
-        ResponseRow row{make_row(results, method, {}, scenes), {method}, results.fact(method, "response.setting")};
-        row.not_run = static_cast<int>(scenes.size() - row.planned.count());
-        if (row.planned.count() > 0) rows.push_back(std::move(row));
     }
     const auto rank = [](const ResponseRow& row) {
         return std::pair(response_order(row, row.not_run > 0), row.who.front());
     };
     std::sort(rows.begin(), rows.end(), [&rank](const auto& a, const auto& b) { return rank(a) < rank(b); });
+    for (ResponseRow& reading : readings) {
+        const std::string of = results.fact(reading.who.front(), "response.reading_of");
+        const auto base = std::find_if(rows.begin(), rows.end(), [&of](const ResponseRow& row) {
+            return std::any_of(row.who.begin(), row.who.end(), [&of](const Method& who) { return who.response == of; });
+        });
+        if (base != rows.end()) base->readings.push_back(std::move(reading));
+    }
     return rows;
 }
 

@@ -17,6 +17,8 @@ struct ResponseRow : VerdictRow {
     std::vector<Method> who;  ///< the first is shown
     std::string setting;      ///< "default", "recommended" or "tuned", as in the study
     int not_run = 0;          ///< scenes of the study where it was not planned or could not run
+    /// The same response at other values that its author leaves open; these have no rows of their own.
+    std::vector<ResponseRow> readings = {};
     [[nodiscard]] std::string response() const { return method_name(method.response); }
 };
 
@@ -45,6 +47,9 @@ std::string detector_sentence(const Verdict& verdict, const Draft& draft);
 /// No rows when nothing was replayed.
 Table detectors_table(const Draft& draft);
 Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, bool tissue = true);
+
+/// The readings of all rows; no rows without any.
+Table readings_table(const Draft& draft, const std::vector<ResponseRow>& rows);
 
 /// "p99" or "p90".
 const char* tail_name(Metric tail);

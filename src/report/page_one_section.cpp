@@ -182,6 +182,11 @@ void add_page_one(Draft& draft, const std::string& worst_tick) {
     add_worst_tick(draft, worst_tick);
     draft.paragraph(origin(draft), Paragraph::Style::small);
     draft.document.page_one = draft.document.blocks.size();
+    const Table readings = readings_table(draft, rows);
+    if (!readings.rows.empty()) {
+        draft.heading(2, "What authors leave open");
+        draft.add(readings);
+    }
     // Without tissue in the study page 1 has these rows already.
     const std::vector<std::string> scenes = draft.results.scenes("closed_loop");
     const bool has_tissue = std::any_of(scenes.begin(), scenes.end(), [&draft](const std::string& scene) {

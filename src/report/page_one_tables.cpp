@@ -14,6 +14,9 @@
 namespace trocar {
 namespace {
 
+constexpr const char* failed_help =
+    "Runs of the row that ended other than ok (failed, unstable, timed out, crashed) of all that it has";
+
 std::string count_failed(int failed, int runs, int not_run) {
     std::string text = fmt::format("{} of {}", failed, runs);
     if (not_run > 0) text += fmt::format(", {} not run", not_run);
@@ -24,7 +27,12 @@ std::vector<double> failed_as_infinite(const ResultSet& results, Metric metric) 
     return failed_as_infinite(results, [metric](const SceneResult& result) { return result.first(metric); });
 }
 
-/// "0.350 [0.200–0.500]": median over the scenes of the largest residual penetration, in mm, with its rank interval.
+/// mm, median over the scenes of the largest residual penetration.
+double median_depth(const ResultSet& results) {
+    return median(failed_as_infinite(results, Metric::residual_penetration_max_m)) * mm;
+}
+
+/// "0.350 [0.200–0.500]": median_depth with its rank interval.
 std::string median_depth_text(const ResultSet& results) {
     const std::vector<double> depths = failed_as_infinite(results, Metric::residual_penetration_max_m);
     const Bounds bounds = median_bounds(depths);
@@ -33,33 +41,106 @@ std::string median_depth_text(const ResultSet& results) {
                                   : fmt::format("{} [{}–{}]", value, scaled(bounds.low, mm), scaled(bounds.high, mm));
 }
 
+/// Of the largest value of each scene, in the metric's unit.
+double largest(const ResultSet& results, Metric metric) { return known_largest(failed_as_infinite(results, metric)); }
+
 /// "7.49, 1 tear": the largest residual penetration in mm, and ruptures.
 std::string worst_depth_text(const ResultSet& results) {
     const double tears = results.ok().sum(Metric::ruptures);
-    return scaled(known_largest(failed_as_infinite(results, Metric::residual_penetration_max_m)), mm) +
+    return scaled(largest(results, Metric::residual_penetration_max_m), mm) +
            (tears > 0.0 ? fmt::format(", {:.0f} tear{}", tears, tears == 1.0 ? "" : "s") : "");
 }
 
-std::string untouched_text(const ResultSet& results) {
-    return scaled(known_largest(failed_as_infinite(results, Metric::force_without_touch_m)), mm);
-}
-
 /// The largest over the scenes of a run's largest force step over that of the reference with hard contact.
-std::string step_ratio_text(const ResultSet& results) {
-    return scaled(known_largest(failed_as_infinite(results, [](const SceneResult& result) {
+double step_ratio(const ResultSet& results) {
+    return known_largest(failed_as_infinite(results, [](const SceneResult& result) {
         return result.first(Metric::force_jump_max_n) / result.first(Metric::reference_force_step_hard);
-    })));
+    }));
 }
 
-/// Tail of a tick on the slowest scene.
-MetricColumn slowest_column(Metric tail) {
-    return {.header = std::string("tick ") + tail_name(tail) + " (ms)",
-            .metric = tail,
-            .text = [tail](const ResultSet& results) {
-                return scaled(known_largest(failed_as_infinite(
-                                  results, [tail](const SceneResult& result) { return result.of(tail).value; })),
-                              ms);
-            }};
+/// ms, tail of a tick on the slowest scene.
+double slowest(const ResultSet& results, Metric tail) {
+    return known_largest(
+               failed_as_infinite(results, [tail](const SceneResult& result) { return result.of(tail).value; })) *
+           ms;
+}
+
+/// A column of responses, with the number that ranges over readings are of.
+struct ResponseColumn {
+    MetricColumn column;
+    std::function<double(const ResultSet&)> value;  ///< in the unit that is printed
+    const char* unit = "";                          ///< behind a range
+};
+
+std::vector<ResponseColumn> response_columns(const Draft& draft) {
+    const std::set<std::string> with_reference = scenes_with(draft.results, hard_law.force_bound);
+    const Metric tail = draft.results.tail_metric();
+    const auto number = [](const std::string& header, Metric metric,
+                           const std::function<double(const ResultSet&)>& value) {
+        return ResponseColumn{{.header = header,
+                               .metric = metric,
+                               .text = [value](const ResultSet& results) { return scaled(value(results)); }},
+                              value};
+    };
+    return {{{.header = "residual penetration, median [95 %] (mm)",
+              .metric = Metric::residual_penetration_max_m,
+              .text = median_depth_text},
+             median_depth},
+            {{.header = "worst (mm)", .metric = Metric::residual_penetration_max_m, .text = worst_depth_text},
+             [](const ResultSet& results) { return largest(results, Metric::residual_penetration_max_m) * mm; }},
+            number("force without touch (mm)", Metric::force_without_touch_m,
+                   [](const ResultSet& results) { return largest(results, Metric::force_without_touch_m) * mm; }),
+            {{.header = "force within bound of N; else error (% of peak)",
+              .metric = Metric::force_error_rms_hard,
+              .text =
+                  [with_reference](const ResultSet& results) {
+                      return force_within_text(on_scenes(results, with_reference), hard_law);
+                  }},
+             [with_reference](const ResultSet& results) {
+                 return force_share(on_scenes(results, with_reference), hard_law);
+             },
+             " %"},
+            number("force step / reference's", Metric::force_jump_max_n, step_ratio),
+            number(std::string("tick ") + tail_name(tail) + " (ms)", tail,
+                   [tail](const ResultSet& results) { return slowest(results, tail); })};
+}
+
+/// " (3.90–7.00)": the range of a column over a response and its readings, on their scenes; empty without readings.
+std::string range_text(const ResponseRow& row, const ResponseColumn& column) {
+    if (row.readings.empty()) return {};
+    const std::vector<std::string> scenes = row.readings.front().scene_names();
+    std::vector<double> values{column.value(on_scenes(row.planned, {scenes.begin(), scenes.end()}))};
+    for (const ResponseRow& reading : row.readings) values.push_back(column.value(reading.planned));
+    std::erase_if(values, [](double value) { return std::isnan(value); });
+    if (values.empty()) return {};
+    const auto [least, most] = std::minmax_element(values.begin(), values.end());
+    return fmt::format(" ({}–{}{})", scaled(*least), scaled(*most), column.unit);
+}
+
+/// A line per row, under the columns of page 1.
+Table table_of_rows(const Draft& draft, std::string caption, const std::vector<const ResponseRow*>& rows,
+                    const std::string& detector) {
+    const std::vector<ResponseColumn> columns = response_columns(draft);
+    std::vector<MetricColumn> plain;
+    for (const ResponseColumn& column : columns) plain.push_back(column.column);
+    std::vector<MetricRow> lines;
+    for (const ResponseRow* row : rows) {
+        lines.push_back({.names = {name_of_row(*row, detector)},
+                         .results = row->planned,
+                         .style = row->failed_runs > 0 ? TableRow::Style::failed
+                                  : row->ours          ? TableRow::Style::own
+                                                       : TableRow::Style::normal,
+                         .command = run_command(draft, row->who.front())});
+    }
+    Table table{.caption = std::move(caption), .columns = {{.header = "response", .wide = true}}};
+    table = table_of(std::move(table), plain, lines);
+    table.columns.push_back({"failed of N", true, {}, failed_help});
+    for (std::size_t i = 0; i < rows.size(); ++i) {
+        std::vector<std::string>& cells = table.rows[i].cells;
+        for (std::size_t k = 0; k < columns.size(); ++k) cells[k + 1] += range_text(*rows[i], columns[k]);
+        cells.push_back(count_failed(rows[i]->failed_runs, rows[i]->planned.runs(), rows[i]->not_run));
+    }
+    return table;
 }
 
 std::string scenes_text(std::size_t count, const char* kind = "") {
@@ -101,9 +182,6 @@ std::string only_text(const std::vector<std::string>& scenes) {
     constexpr std::size_t most_named = 3;
     return scenes.size() > most_named ? scenes_text(scenes.size()) : joined(scenes);
 }
-
-constexpr const char* failed_help =
-    "Runs of the row that ended other than ok (failed, unstable, timed out, crashed) of all that it has";
 
 std::string ratio_header(const Draft& draft) {
     const int processes = draft.most_processes("replay");
@@ -175,6 +253,10 @@ std::string response_sentence(const Draft& draft, const std::vector<ResponseRow>
     for (const ResponseRow& row : rows) {
         failed += row.failed_runs;
         runs += row.planned.runs();
+        for (const ResponseRow& reading : row.readings) {
+            failed += reading.failed_runs;
+            runs += reading.planned.runs();
+        }
     }
     return text + fmt::format("; {} of {} runs failed.", failed, runs);
 }
@@ -269,39 +351,14 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
     if (rows.empty()) return table;
     const std::string detector = common_detector(rows);
     const std::vector<std::size_t> shown = rows_that_matter(rows);
-    table.caption = fmt::format("Responses, {}, with {}", judged_text(draft, tissue), code(detector));
-    table.columns = {{.header = "response", .wide = true}};
-    const std::set<std::string> with_reference = scenes_with(draft.results, hard_law.force_bound);
-    const std::vector<MetricColumn> columns{
-        {.header = "residual penetration, median [95 %] (mm)",
-         .metric = Metric::residual_penetration_max_m,
-         .text = median_depth_text},
-        {.header = "worst (mm)", .metric = Metric::residual_penetration_max_m, .text = worst_depth_text},
-        {.header = "force without touch (mm)", .metric = Metric::force_without_touch_m, .text = untouched_text},
-        {.header = "force within bound of N; else error (% of peak)",
-         .metric = Metric::force_error_rms_hard,
-         .text =
-             [with_reference](const ResultSet& results) {
-                 return force_within_text(on_scenes(results, with_reference), hard_law);
-             }},
-        {.header = "force step / reference's", .metric = Metric::force_jump_max_n, .text = step_ratio_text},
-        slowest_column(draft.results.tail_metric())};
-    std::vector<MetricRow> lines;
+    std::vector<const ResponseRow*> lines;
+    bool ranges = false;
     for (const std::size_t i : shown) {
-        const ResponseRow& row = rows[i];
-        lines.push_back({.names = {name_of_row(row, detector)},
-                         .results = row.planned,
-                         .style = row.failed_runs > 0 ? TableRow::Style::failed
-                                  : row.ours          ? TableRow::Style::own
-                                                      : TableRow::Style::normal,
-                         .command = run_command(draft, row.who.front())});
+        lines.push_back(&rows[i]);
+        ranges = ranges || !rows[i].readings.empty();
     }
-    table = table_of(std::move(table), columns, lines);
-    table.columns.push_back({"failed of N", true, {}, failed_help});
-    for (std::size_t i = 0; i < shown.size(); ++i) {
-        const ResponseRow& row = rows[shown[i]];
-        table.rows[i].cells.push_back(count_failed(row.failed_runs, row.planned.runs(), row.not_run));
-    }
+    table = table_of_rows(draft, fmt::format("Responses, {}, with {}", judged_text(draft, tissue), code(detector)),
+                          lines, detector);
     const std::int64_t stride = draft.widest_stride("closed_loop");
     table.note =
         std::string(response_order_text) +
@@ -314,7 +371,25 @@ Table responses_table(const Draft& draft, const std::vector<ResponseRow>& rows, 
         "method's forces are not known by pair. " +
         (stride > 1 ? fmt::format("Depths were judged on every {}th tick only.", stride)
                     : std::string("Depths are of every tick.")) +
+        (ranges
+             ? " In parentheses: least and most over the values that an author leaves open; of the force, the median "
+               "error over all scenes."
+             : "") +
         others_text(rows, shown, detector) + replayed_only(draft);
+    return table;
+}
+
+Table readings_table(const Draft& draft, const std::vector<ResponseRow>& rows) {
+    std::vector<const ResponseRow*> lines;
+    for (const ResponseRow& row : rows) {
+        for (const ResponseRow& reading : row.readings) lines.push_back(&reading);
+    }
+    if (lines.empty()) return {};
+    Table table =
+        table_of_rows(draft, "Responses at other values that their authors leave open", lines, common_detector(rows));
+    table.note =
+        "Columns as on page 1. None of these values is searched or recommended; they are there to show how much "
+        "hangs on them.";
     return table;
 }
 

@@ -34,4 +34,7 @@ ResultSet on_scenes(const ResultSet& results, const std::set<std::string>& scene
 /// percent of the reference's largest force. A failed run is infinitely wrong.
 std::string force_within_text(const ResultSet& on_references, const ReferenceLaw& law);
 
+/// Percent of the reference's largest force, median over all scenes. A failed run is infinitely wrong.
+double force_share(const ResultSet& on_references, const ReferenceLaw& law);
+
 }  // namespace trocar

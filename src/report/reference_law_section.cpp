@@ -60,13 +60,6 @@ std::string within_text(const std::vector<BoundedError>& errors, const char* uni
            (std::isnan(median_beyond) ? "" : "; " + scaled(median_beyond) + " " + unit);
 }
 
-/// Percent of the reference's largest force, median over all scenes.
-double force_share(const ResultSet& on_references, const ReferenceLaw& law) {
-    std::vector<double> shares;
-    for (const BoundedError& one : force_errors(on_references, law)) shares.push_back(one.error / one.unit);
-    return median(std::move(shares));
-}
-
 /// "3 / 1 / 2": scenes on which the force is nearer to the reference than the other row's, tied, and farther. Errors
 /// tie unless they differ by more than twice the bound.
 std::string against_text(const ResultSet& row, const ResultSet& other, const ReferenceLaw& law) {
@@ -186,6 +179,12 @@ ResultSet on_scenes(const ResultSet& results, const std::set<std::string>& scene
     std::copy_if(results.results.begin(), results.results.end(), std::back_inserter(on.results),
                  [&scenes](const SceneResult* result) { return scenes.count(result->scene()) > 0; });
     return on;
+}
+
+double force_share(const ResultSet& on_references, const ReferenceLaw& law) {
+    std::vector<double> shares;
+    for (const BoundedError& one : force_errors(on_references, law)) shares.push_back(one.error / one.unit);
+    return median(std::move(shares));
 }
 
 std::string force_within_text(const ResultSet& on_references, const ReferenceLaw& law) {

@@ -19,7 +19,9 @@ namespace trocar {
 /// One level of a factor: a method, with the origin of its settings and the levels of other factors that it runs with.
 struct Level {
     std::string text;                 ///< NAME[:key=value…], keys in alphabetical order
-    std::string setting = "default";  ///< "default" | "recommended" | "tuned"
+    std::string setting = "default";  ///< "default" | "recommended" | "tuned" | "reading"
+    /// For a reading: the response that it is, at another value that its author leaves open.
+    std::string reading_of = {};
     std::string basis = {};           ///< source of the setting: who recommends it, or the search and its budget
     /// By factor, "inputs", "detectors", "contacts" or "steppers": what it runs with instead of the experiment's list.
     std::map<std::string, std::vector<std::string>> only = {};

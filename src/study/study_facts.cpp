@@ -45,6 +45,7 @@ void add_entry_facts(const std::string& prefix, const Entry& entry, const Level&
 void add_method_facts(const std::string& prefix, const Level& method, std::map<std::string, std::string>& facts) {
     facts[prefix + "setting"] = method.setting;
     facts[prefix + "basis"] = method.basis;
+    if (!method.reading_of.empty()) facts[prefix + "reading_of"] = method.reading_of;
     if (method.absent_reason) facts[prefix + "absent"] = *method.absent_reason;
 }
 

@@ -35,7 +35,12 @@ MoreKeys choices_of_response(const Experiment& experiment) {
          }},
         {"contacts",
          [](const JsonNode& node, Level& response) { response.only["contacts"] = read_contact_generators(node); }},
-        {"steppers", [](const JsonNode& node, Level& response) { response.only["steppers"] = read_steppers(node); }}};
+        {"steppers", [](const JsonNode& node, Level& response) { response.only["steppers"] = read_steppers(node); }},
+        {"reading_of", [](const JsonNode& node, Level& response) {
+             if (response.setting != "default") node.fail("no 'setting' beside it", response.setting);
+             response.reading_of = node.text();
+             response.setting = "reading";
+         }}};
 }
 
 /// The twin, or the text of a stepper, whatever the default is.
@@ -329,6 +334,18 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
         return std::any_of(study.experiments.begin(), study.experiments.end(),
                            [&](const Experiment& one) { return names(one.*levels, text); });
     };
+    for (const Experiment& experiment : study.experiments) {
+        for (const Level& response : experiment.responses) {
+            if (response.reading_of.empty()) continue;
+            const bool stands = std::any_of(study.experiments.begin(), study.experiments.end(), [&](const auto& any) {
+                return std::any_of(any.responses.begin(), any.responses.end(), [&response](const Level& one) {
+                    return one.text == response.reading_of && one.reading_of.empty();
+                });
+            });
+            if (!stands)
+                root.at("experiments").fail("as reading_of a response of the study that is none", response.reading_of);
+        }
+    }
     if (root.has("ours")) {
         study.ours = read_method(root.at("ours"), false).text;
         if (!is_named(study.ours, &Experiment::responses)) root.at("ours").fail("one of the study's responses");

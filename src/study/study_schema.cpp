@@ -82,6 +82,7 @@ std::string study_schema() {
        "properties": {
          "method": {"type": "string", "minLength": 1},
          "setting": {"enum": ["default", "recommended", "tuned"], "default": "default"},
+         "reading_of": {"type": "string", "minLength": 1, "description": "Responses: the one of the list that this is at another value that its author leaves open; in place of setting and basis. Page 1 shows the range over the readings in the row of that one"},
          "most_triangles": {"type": "integer", "minimum": 1, "description": "Detectors on generated scenes: larger scenes are left out"},
          "judged": {"type": "boolean", "default": true, "description": "Detectors of a closed loop"},
          "detectors": {"type": "array", "minItems": 1, "items": {"type": "string"}, "description": "Responses"},

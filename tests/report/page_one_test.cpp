@@ -67,6 +67,31 @@ TEST(PageOne, RowsOfTheSameBitsStandOnceAndFailedOnesLast) {
                                   "`loser` (intersection)"}));
 }
 
+TEST(PageOne, ReadingsAreARangeInTheRowOfTheirResponseOnTheirScenes) {
+    std::vector<Record> records = four_responses();
+    // On scene a alone: 1.0 mm at the values of `baseline`, 0.4 and 3.0 mm at others.
+    for (const auto& [response, residual] : {std::pair("baseline:k=1", 0.4), std::pair("baseline:k=9", 3.0)}) {
+        records.push_back(
+            synthetic({.scene = "a", .response = response, .residual_mm = residual, .state_hash = response}));
+        records.back().environment["response.reading_of"] = "baseline";
+        records.back().environment["response.setting"] = "reading";
+    }
+    const Draft draft(records);
+    const std::vector<ResponseRow> rows = response_rows(draft);
+    ASSERT_EQ(rows.size(), 3U);
+    const Table table = responses_table(draft, rows);
+    EXPECT_EQ(table.rows[1].cells[2], "2.00 (0.400–3.00)");
+    EXPECT_EQ(table.rows[0].cells[2], "0.500");
+    const Table readings = readings_table(draft, rows);
+    ASSERT_EQ(readings.rows.size(), 2U);
+    EXPECT_EQ(readings.rows[1].cells[2], "3.00");
+    EXPECT_NE(response_sentence(draft, rows).find("1 of 8 runs failed."), std::string::npos);
+
+    records.back().outcome = {OutcomeKind::unstable, "tick 7"};
+    const Draft failed(records);
+    EXPECT_EQ(responses_table(failed, response_rows(failed)).rows[1].cells[2], "2.00 (0.400–∞)");
+}
+
 TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
     std::vector<Record> records = four_responses();
     for (const std::size_t i : {0U, 1U}) {

@@ -357,6 +357,33 @@ TEST_F(StudyFile, ARunHasTheSettingOfWhatItCompares) {
                                                             {"brute_force+penalty", "tuned"}}));
 }
 
+TEST_F(StudyFile, AReadingNamesAResponseOfTheStudyThatIsNone) {
+    const auto with = [&](const std::string& more) {
+        return study_of(
+            {closed_loop + R"("scenes":["a.json"],"detectors":["ohc"],"responses":["penalty",)" + more + "]"});
+    };
+    const Study study = read(with(R"({"method":"penalty:k=10","reading_of":"penalty"})"));
+    EXPECT_EQ(study.experiments[0].responses[1].setting, "reading");
+    EXPECT_EQ(study.experiments[0].responses[1].reading_of, "penalty");
+    const auto error_of = [&](const std::string& more) {
+        try {
+            static_cast<void>(read(with(more)));
+        } catch (const InputError& error) {
+            return std::string(error.what());
+        }
+        return std::string();
+    };
+    EXPECT_NE(error_of(R"({"method":"penalty:k=10","reading_of":"unilateral"})").find("got unilateral"),
+              std::string::npos);
+    EXPECT_NE(error_of(R"({"method":"penalty:k=10","reading_of":"penalty"},)"
+                       R"({"method":"penalty:k=20","reading_of":"penalty:k=10"})")
+                  .find("got penalty:k=10"),
+              std::string::npos);
+    EXPECT_NE(
+        error_of(R"({"method":"penalty:k=10","reading_of":"penalty","setting":"tuned","basis":"b"})").find("got tuned"),
+        std::string::npos);
+}
+
 TEST_F(StudyFile, CostBySizeTimesEveryStepperOnEverySceneAndJudgesNone) {
     const Study study =
         read(study_of({closed_loop + R"("truth_stride":0,"scenes":["a.json","b.json"],"detectors":["ohc"],
