@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 """Two summaries of a study's results.csv that no section of a report has yet.
 
-  bench/analysis.py search   reports/response_search/results.csv    the best setting of every response
-  bench/analysis.py ablation reports/ablation_contacts/results.csv  which part of a response does the work
+  bench/analysis.py search   reports/response_search/results.csv       the best setting of every response
+  bench/analysis.py ablation reports/ablation_contacts/results.csv.gz  which part of a response does the work
 
 search: of every response the setting with the least mean over scenes of log(worst residual penetration + 0.02 edge),
 among those whose runs all end ok. Settings within 1 % of the least are tied;
@@ -14,6 +14,7 @@ with a 90 % interval, bootstrapped over scenes. Then what the relaxation time, t
 single steps from the best cell, which are confounded with the law.
 """
 import csv
+import gzip
 import math
 import random
 import statistics
@@ -25,7 +26,8 @@ OFFSET_MM = 0.02 * 5.0
 
 def read(path):
     """Closed loops with `law`, NAME:key=value as on a command line, from the columns response and response.KEY."""
-    with open(path, newline="") as file:
+    opened = gzip.open if path.endswith(".gz") else open
+    with opened(path, "rt", newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["mode"] == "closed_loop"]
     for row in rows:
         given = [f"{key.removeprefix('response.')}={value}" for key, value in sorted(row.items())

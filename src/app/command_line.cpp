@@ -245,6 +245,14 @@ int run_command(int argc, char** argv) {
                     "The study's file, with --picture, where the records do not name it from this folder");
     line.on(sub, report_options, report);
 
+    BoardOptions board_options;
+    sub = line.add("board", "One page out of the records of many machines and versions",
+                   "trocar board old/verdict new/verdict --output build/board");
+    sub->add_option("records", board_options.records, "Folders of reports, or their files of records, the oldest first")
+        ->required();
+    sub->add_option("-o,--output", board_options.output, "Folder for the page")->required();
+    line.on(sub, board_options, board);
+
     TableOptions table_options;
     sub =
         line.add("table", "A table for a paper out of a report's records: columns and rows by name",

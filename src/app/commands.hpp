@@ -132,6 +132,12 @@ struct ReportOptions {
 };
 int report(const CommonOptions& common, const ReportOptions& options);
 
+struct BoardOptions {
+    std::vector<std::filesystem::path> records;  ///< reports' folders, or their files of records, the oldest first
+    std::filesystem::path output;                ///< folder of the page
+};
+int board(const CommonOptions& common, const BoardOptions& options);
+
 struct TableOptions {
     std::filesystem::path records;     ///< a report's folder, or its file of records
     std::vector<std::string> columns;  ///< NAME[:UNIT]; empty: default columns

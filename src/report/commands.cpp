@@ -29,8 +29,14 @@ std::string options_of(const RunSpec& spec) {
     return text;
 }
 
-/// Of one method on these scenes; empty when its runs differ in more than the scene.
-std::string command_of(const Draft& draft, const Method& method, const std::vector<std::string>& scenes) {
+bool names_method(const std::string& header) {
+    return header.starts_with("detector") || header.starts_with("method") || header.starts_with("response") ||
+           header.starts_with("row");
+}
+
+}  // namespace
+
+std::string run_command(const Draft& draft, const Method& method, const std::vector<std::string>& scenes) {
     std::vector<std::string> files;
     std::set<std::string> options;
     for (const std::string& scene : scenes) {
@@ -46,15 +52,8 @@ std::string command_of(const Draft& draft, const Method& method, const std::vect
     return fmt::format("for scene in {}; do trocar run $scene{}; done", fmt::join(files, " "), *options.begin());
 }
 
-bool names_method(const std::string& header) {
-    return header.starts_with("detector") || header.starts_with("method") || header.starts_with("response") ||
-           header.starts_with("row");
-}
-
-}  // namespace
-
 std::string run_command(const Draft& draft, const Method& method) {
-    return command_of(draft, method, draft.results.scenes(method.mode));
+    return run_command(draft, method, draft.results.scenes(method.mode));
 }
 
 void add_commands(Draft& draft) {
@@ -80,7 +79,7 @@ void add_commands(Draft& draft) {
                     std::erase_if(scenes, [&cell](const std::string& scene) { return scene != cell; });
                 }
             }
-            if (method != nullptr) row.command = command_of(draft, *method, scenes);
+            if (method != nullptr) row.command = run_command(draft, *method, scenes);
         }
     }
 }

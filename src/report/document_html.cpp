@@ -141,17 +141,21 @@ std::string to_html(const Document& document) {
         std::visit(writer, document.blocks[i]);
         if (document.page_one > 0 && i + 1 == document.page_one) writer.out += "</section>\n";
     }
+    const std::string filters =
+        document.page_filters.empty()
+            ? std::string()
+            : fmt::format(" data-filters=\"{}\"", escape_xml(fmt::format("{}", fmt::join(document.page_filters, ","))));
     const std::string script = document.charts_js.empty()
                                    ? std::string()
                                    : "<script src=\"" + escape_xml(document.charts_js) + "\"></script>\n";
     return fmt::format(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta name=\"viewport\" "
         "content=\"width=device-width, initial-scale=1\">\n<title>{}</title>\n<style>{}</style>\n</head>\n<body>\n"
-        "{}<main id=\"top\">\n<h1>{}</h1>\n{}</main>\n{}<script>{}</script>\n</body>\n</html>\n",
+        "{}<main id=\"top\"{}>\n<h1>{}</h1>\n{}</main>\n{}<script>{}</script>\n</body>\n</html>\n",
         escape_xml(inline_parts(
             document.title, [](const std::string& part) { return part; },
             [](const std::string& part) { return part; })),
-        page_style, contents(document), html_inline(document.title), writer.out, script, page_script);
+        page_style, contents(document), filters, html_inline(document.title), writer.out, script, page_script);
 }
 
 }  // namespace trocar

@@ -47,6 +47,8 @@ tr.dominated .range { color: inherit; }
 tr.own td:first-child { color: var(--own); font-weight: 600; }
 tr.dominated td { color: #6d7680; }
 tr.failed td { color: #a32020; }
+tr.elsewhere { display: none; }
+.page-filters select { font: inherit; margin-right: 8px; }
 .filter { font: inherit; font-size: 13px; padding: 2px 6px; margin: 8px 0 0; border: 1px solid var(--line); border-radius: 4px; }
 td.again { width: 1px; text-align: right; }
 td.again button { font: inherit; font-size: 12px; line-height: 1.2; color: var(--soft); background: none; border: 1px solid var(--line);
@@ -162,6 +164,44 @@ const char* const page_script = R"(
     if (table.tBodies[0].rows.length > 10) addFilter(table);
     addCommands(table);
   });
+  // One select per column that all tables of the page have in common; a row is shown where all selects agree.
+  function addPageFilters(headers) {
+    var tables = Array.from(document.querySelectorAll("main table"));
+    var bar = document.createElement("p");
+    bar.className = "page-filters";
+    var selects = headers.map(function (header) {
+      var select = document.createElement("select");
+      select.setAttribute("aria-label", header);
+      var values = new Set();
+      tables.forEach(function (table) {
+        var column = columnOf(table, header);
+        if (column >= 0) Array.from(table.tBodies[0].rows).forEach(function (row) { values.add(row.cells[column].textContent); });
+      });
+      select.add(new Option("every " + header, ""));
+      Array.from(values).sort().forEach(function (value) { select.add(new Option(value, value)); });
+      select.addEventListener("change", show);
+      bar.appendChild(select);
+      return { header: header, select: select };
+    });
+    function columnOf(table, header) {
+      return Array.from(table.tHead.rows[0].cells).findIndex(function (cell) { return cell.textContent === header; });
+    }
+    function show() {
+      tables.forEach(function (table) {
+        closeCommands(table.tBodies[0]);
+        Array.from(table.tBodies[0].rows).forEach(function (row) {
+          row.classList.toggle("elsewhere", selects.some(function (one) {
+            var column = columnOf(table, one.header);
+            return column >= 0 && one.select.value && row.cells[column].textContent !== one.select.value;
+          }));
+        });
+      });
+    }
+    var title = document.querySelector("main h1");
+    title.parentNode.insertBefore(bar, title.nextSibling);
+  }
+  var filters = document.querySelector("main").dataset.filters;
+  if (filters) addPageFilters(filters.split(","));
   if (!window.trocarCharts) return;
   var draw = function (figure) {
     var box = document.createElement("div");

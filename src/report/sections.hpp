@@ -92,7 +92,8 @@ void add_targets_over_time(Draft& draft, const Verdict& overall);
 // commands.cpp
 /// Attaches to every row of one method, or of one method on one scene, the command that repeats it.
 void add_commands(Draft& draft);
-/// Shell command of a closed-loop method on all its scenes; empty when there is no single one.
+/// Shell command of a closed-loop method on these of its scenes, or on all; empty when there is no single one.
+std::string run_command(const Draft& draft, const Method& method, const std::vector<std::string>& scenes);
 std::string run_command(const Draft& draft, const Method& method);
 
 // worst_tick.cpp

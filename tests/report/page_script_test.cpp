@@ -6,35 +6,19 @@
 
 #include "report/report.hpp"
 #include "report/report_files.hpp"
+#include "support/browser.hpp"
 #include "support/program.hpp"
 #include "synthetic.hpp"
 
 namespace trocar {
 namespace {
 
-/// Runs `probe` in the folder's copy of a page, after its own script, in a window of 1400 px. Gives back what it put
-/// into the page's title.
-std::string title_of(std::string page, const std::string& probe, const std::filesystem::path& folder) {
-    page.insert(page.find("</body>"), "<script>" + probe + "</script>");
-    std::ofstream(folder / "probe.html") << page;
-    const std::string command =
-        "chromium --headless=new --no-sandbox --disable-gpu --user-data-dir=" + (folder / "browser").string() +
-        " --window-size=1400,3000 --virtual-time-budget=2000 --dump-dom file://" + (folder / "probe.html").string() +
-        " > " + (folder / "dom").string() + " 2> /dev/null";
-    if (std::system(command.c_str()) != 0) return "the browser failed";
-    const std::string dom = test::read_file(folder / "dom");
-    const std::size_t from = dom.find("<title>") + 7;
-    return dom.substr(from, dom.find("</title>") - from);
-}
-
 std::string title_after(const std::vector<Record>& records, const std::string& probe) {
     const test::TemporaryFolder folder;
     const Report report = make_report(records);
     write_report_files(folder.path(), report.files);
-    return title_of(report.files.at("report.html"), probe, folder.path());
+    return test::title_of(report.files.at("report.html"), probe, folder.path());
 }
-
-bool no_browser() { return std::system("command -v chromium > /dev/null 2>&1") != 0; }
 
 /// Eleven rows of 1.1 to 0.1 mm and rising times, so that no two columns sort alike.
 std::vector<Record> eleven() {
@@ -49,7 +33,7 @@ std::vector<Record> eleven() {
 }
 
 TEST(PageScript, SortsFiltersAndShowsCommands) {
-    if (no_browser()) GTEST_SKIP() << "no chromium";
+    if (test::no_browser()) GTEST_SKIP() << "no chromium";
     const std::string title = title_after(eleven(), R"(
         var out = [], table = document.querySelectorAll("main table")[0];
         var first = function () { return table.tBodies[0].rows[0].cells[0].textContent; };
@@ -70,7 +54,7 @@ TEST(PageScript, SortsFiltersAndShowsCommands) {
 }
 
 TEST(PageScript, EveryChartHasADescriptionThatTheScriptBesideThePageDraws) {
-    if (no_browser()) GTEST_SKIP() << "no chromium";
+    if (test::no_browser()) GTEST_SKIP() << "no chromium";
     EXPECT_EQ(title_after(eleven(), R"(
         var figures = Array.from(document.querySelectorAll("figure[data-chart]"));
         document.title = figures.length > 0 && figures.every(function (figure) {
@@ -89,7 +73,7 @@ TEST(PageScript, EveryChartHasADescriptionThatTheScriptBesideThePageDraws) {
 }
 
 TEST(PageScript, ChartsAreDrawnInAReportThatWasMovedAndByTheSharedScript) {
-    if (no_browser()) GTEST_SKIP() << "no chromium";
+    if (test::no_browser()) GTEST_SKIP() << "no chromium";
     const std::string probe = R"(
         var figure = document.querySelector("figure[data-chart]");
         window.trocarDraw(figure);
@@ -103,12 +87,12 @@ TEST(PageScript, ChartsAreDrawnInAReportThatWasMovedAndByTheSharedScript) {
         const test::TemporaryFolder elsewhere;
         std::filesystem::rename(folder.path() / "report", (shared ? folder : elsewhere).path() / "moved");
         const std::filesystem::path page = (shared ? folder : elsewhere).path() / "moved" / "report.html";
-        EXPECT_EQ(title_of(test::read_file(page), probe, page.parent_path()), "true") << shared;
+        EXPECT_EQ(test::title_of(test::read_file(page), probe, page.parent_path()), "true") << shared;
     }
 }
 
 TEST(PageScript, EveryRowHasACommandAndHeadersOfFiguresAreExplained) {
-    if (no_browser()) GTEST_SKIP() << "no chromium";
+    if (test::no_browser()) GTEST_SKIP() << "no chromium";
     EXPECT_EQ(title_after(eleven(), R"(
         document.title = document.querySelectorAll("td.again button").length ===
             document.querySelectorAll("tbody tr").length &&
@@ -117,19 +101,19 @@ TEST(PageScript, EveryRowHasACommandAndHeadersOfFiguresAreExplained) {
 }
 
 TEST(PageScript, NoTableOfAPublishedReportIsWiderThanThePage) {
-    if (no_browser()) GTEST_SKIP() << "no chromium";
+    if (test::no_browser()) GTEST_SKIP() << "no chromium";
     int pages = 0;
     for (const auto& entry : std::filesystem::directory_iterator(TROCAR_SOURCE_DIR "/reports")) {
         const std::filesystem::path page = entry.path() / "report.html";
         if (!std::filesystem::exists(page)) continue;
         ++pages;
         const test::TemporaryFolder folder;
-        EXPECT_EQ(title_of(test::read_file(page), R"(
+        EXPECT_EQ(test::title_of(test::read_file(page), R"(
             document.querySelectorAll("details").forEach(function (part) { part.open = true; });
             document.title = Array.from(document.querySelectorAll("main table")).filter(function (table) {
                 return table.parentNode.scrollWidth > table.parentNode.clientWidth;
             }).map(function (table) { return table.tHead.textContent; }).join("; ");)",
-                           folder.path()),
+                                 folder.path()),
                   "")
             << page;
     }
