@@ -319,6 +319,7 @@ std::map<std::string, std::string> make_board(const std::vector<std::vector<Reco
         "version "
         "of its machine.";
     std::vector<StudyBoard> boards;
+    boards.reserve(studies.size());
     for (const auto& [name, batches] : studies) boards.emplace_back(name, batches);
     for (const StudyBoard& board : boards) board.add_status(status);
     document.blocks.emplace_back(std::move(status));

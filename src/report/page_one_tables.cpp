@@ -122,8 +122,10 @@ Table table_of_rows(const Draft& draft, std::string caption, const std::vector<c
                     const std::string& detector) {
     const std::vector<ResponseColumn> columns = response_columns(draft);
     std::vector<MetricColumn> plain;
+    plain.reserve(columns.size());
     for (const ResponseColumn& column : columns) plain.push_back(column.column);
     std::vector<MetricRow> lines;
+    lines.reserve(rows.size());
     for (const ResponseRow* row : rows) {
         lines.push_back({.names = {name_of_row(*row, detector)},
                          .results = row->planned,
