@@ -292,7 +292,9 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
         Runner runner(options, folder);
         const auto most = static_cast<std::size_t>(std::max(options.jobs, 1));
         // Those that may run side by side come last, so that no timed one has to wait for them to end.
-        const std::vector<std::vector<std::size_t>> processes = processes_of(plan);
+        std::vector<std::vector<std::size_t>> processes = processes_of(plan);
+        const auto is_elsewhere = [&](const auto& members) { return plan[members.front()].shard != options.shard; };
+        std::erase_if(processes, is_elsewhere);
         for (const bool timed : {true, false}) {
             for (const std::vector<std::size_t>& members : processes) {
                 const PlannedRun& first = plan[members.front()];
@@ -323,9 +325,11 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
             result.interrupted = true;
             return result;
         }
-        if (options.progress) options.progress(plan.size(), nullptr);
+        if (options.progress) options.progress(static_cast<std::size_t>(result.found + result.made), nullptr);
         std::string records;
-        for (const PlannedRun& run : plan) records += read_whole(runner.file_of(run), "a record");
+        for (const PlannedRun& run : plan) {
+            if (run.shard == options.shard) records += read_whole(runner.file_of(run), "a record");
+        }
         write_whole(options.directory / records_name, gzipped(records));
     }
     for (const auto& entry : std::filesystem::directory_iterator(all_runs)) {

@@ -26,6 +26,7 @@ struct RunnerOptions {
     std::string binary;          ///< finished runs of another binary are ignored
     double time_limit_s = 60.0;  ///< s, per run
     int jobs = 1;                ///< number of parallel runs, for untimed runs only
+    std::int64_t shard = 1;      ///< runs of other shards are left out
     bool timed = true;           ///< false: nobody reads a time of any run
     /// Environment of records that no child could write (absent, crashed, timed out).
     std::function<std::map<std::string, std::string>(const PlannedRun&)> environment;
