@@ -288,8 +288,11 @@ int run_command(int argc, char** argv) {
     sub->add_option("--sort", table_options.sort,
                     "NAME[:desc],...: order of the rows (default: by the columns shown, left to right)")
         ->delimiter(',');
-    sub->add_option("--format", table_options.format, "md, tex (one file to \\input, fits a two-column page) or csv")
-        ->check(CLI::IsMember({"md", "tex", "csv"}))
+    sub->add_option("--format", table_options.format,
+                    "md, tex (one file to \\input, fits a two-column page) or csv; google-benchmark: its JSON of every "
+                    "timed run, for compare.py; dashboard: JSON of figures of which smaller is better (--columns), for "
+                    "github-action-benchmark")
+        ->check(CLI::IsMember({"md", "tex", "csv", "google-benchmark", "dashboard"}))
         ->capture_default_str();
     CLI::Option* sqlite = sub->add_option(
         "--sqlite", table_options.sqlite,

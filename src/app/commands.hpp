@@ -147,7 +147,7 @@ struct TableOptions {
     std::vector<std::string> columns;  ///< NAME[:UNIT]; empty: default columns
     std::vector<std::string> where;    ///< NAME=VALUE or NAME!=VALUE
     std::vector<std::string> sort;     ///< NAME[:desc]
-    std::string format = "md";         ///< md | tex | csv
+    std::string format = "md";         ///< md | tex | csv | google-benchmark | dashboard
     /// database with all runs instead of a printed table
     std::optional<std::filesystem::path> sqlite = {};
 };

@@ -76,10 +76,10 @@ std::string submit(const std::string& options, const std::filesystem::path& scri
     if (WIFEXITED(status) && WEXITSTATUS(status) == no_such_program) {
         throw InputError("command line", "--slurm", "Slurm's sbatch in the path", "none");
     }
+    // The last line is the reason, or "NUMBER" or "NUMBER;CLUSTER" behind warnings.
     answer.erase(answer.find_last_not_of('\n') + 1);
-    if (status != 0) throw InputError(script.string(), "", "a script that sbatch takes", answer);
-    // "NUMBER" or "NUMBER;CLUSTER", behind warnings.
     answer.erase(0, answer.rfind('\n') + 1);
+    if (status != 0) throw InputError(script.string(), "", "a script that sbatch takes", answer);
     return answer.substr(0, answer.find(';'));
 }
 
