@@ -45,7 +45,7 @@ std::string load() {
     return line.substr(0, line.find(' '));
 }
 
-/// Hash over host name and machine-id, 16 hex digits: tells machines apart without naming them.
+/// Hash over host name and machine-id, 16 hex digits: different machines differ, and none is named.
 std::string machine() {
     FnvHash hash;
     utsname name{};

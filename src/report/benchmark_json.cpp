@@ -58,27 +58,28 @@ void expect_one_machine(const std::vector<const Record*>& runs) {
     }
 }
 
-/// ns
+/// ns; NaN where nobody times the run.
 double time_of(const Record& record) {
-    const double back_to_back = value_of(record.summary, Metric::total_median_ns);
-    return std::isnan(back_to_back) ? value_of(record.summary, Metric::paced_latency_median_ns) : back_to_back;
+    if (!is_timed(record.spec)) return not_known;
+    const double paced = value_of(record.summary, Metric::paced_latency_median_ns);
+    return std::isnan(paced) ? value_of(record.summary, Metric::total_median_ns) : paced;
 }
 
 OrderedJson context_of(const Record& record) {
+    const auto text = [&](const char* fact) {
+        const std::string& value = fact_of(record, fact);
+        return value.empty() ? OrderedJson(nullptr) : OrderedJson(value);
+    };
     const auto number = [&](const char* fact) {
         const std::optional<double> value = number_of_text<double>(fact_of(record, fact));
         return value ? OrderedJson(*value) : OrderedJson(nullptr);
     };
     std::string build = fact_of(record, "build_type");
     std::transform(build.begin(), build.end(), build.begin(), [](unsigned char c) { return std::tolower(c); });
-    return {{"host_name", fact_of(record, "machine")},
-            {"executable", "trocar " + fact_of(record, "version")},
-            {"num_cpus", number("cores")},
-            {"load_avg", {number("load")}},
-            {"library_build_type", build},
-            {"cpu", fact_of(record, "cpu")},
-            {"commit", fact_of(record, "commit")},
-            {"binary", fact_of(record, "binary")},
+    return {{"host_name", text("machine")}, {"executable", "trocar " + fact_of(record, "version")},
+            {"num_cpus", number("cores")},  {"load_avg", {number("load")}},
+            {"library_build_type", build},  {"cpu", text("cpu")},
+            {"commit", text("commit")},     {"binary", text("binary")},
             {"study", record.spec.study}};
 }
 
@@ -132,6 +133,7 @@ std::string smaller_is_better_json(const std::vector<const Record*>& runs, const
                                  fmt::format("'{}'", name));
             }
             const MetricInfo& info = info_of(*metric);
+            if (is_timed(info.source) && !is_timed(run.records.front()->spec)) continue;
             std::vector<double> values;
             for (const Record* record : run.records) {
                 const double value = value_of(record->summary, *metric);

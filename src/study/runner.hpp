@@ -49,9 +49,6 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
 /// Child process: notes which run of a group has its turn now.
 void write_turn(const std::filesystem::path& output, std::int64_t index);
 
-/// True when the report uses a time of this run, so that no other run may execute in parallel.
-bool is_timed(const RunSpec& spec);
-
 /// File name of a stored run: hash over everything that decides its result.
 std::string run_key(const RunSpec& spec, double time_limit_s);
 

@@ -25,7 +25,7 @@ Shard read_shard(const std::string& text);
 /// result. Precondition: every run of `plan` is completed (complete_run).
 void assign_shards(std::int64_t count, double time_limit_s, std::vector<PlannedRun>& plan);
 
-/// File in a shard's folder with the plan of the whole study (FORMATS.md, Shards).
+/// File in a shard's folder with the plan of the whole study (docs/FORMATS.md).
 inline constexpr const char* shard_name = "shard.json";
 
 /// Starts a shard in `directory`: removes the records of an earlier start, keeps its finished runs and writes
@@ -41,7 +41,8 @@ struct MergedShards {
 };
 
 /// Reads the folders of shards; of a shard that did not end, the finished runs. Throws InputError for folders of
-/// different studies, binaries or numbers of shards, for a run that is there twice, and for a record of another shard.
+/// different studies, binaries or numbers of shards. Throws too for a run that is there twice and for a record of
+/// another shard.
 MergedShards merge_shards(const std::vector<std::filesystem::path>& folders);
 
 }  // namespace trocar

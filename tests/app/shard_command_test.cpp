@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <fstream>
@@ -12,13 +13,14 @@
 
 #include "geometry/gzip.hpp"
 #include "measure/metrics.hpp"
+#include "measure/step_row.hpp"
 #include "support/commands.hpp"
 #include "support/unpacked.hpp"
 
 namespace trocar::test {
 namespace {
 
-/// The record without times: what the clock gives, the load, and whether the work tree was dirty at the build.
+/// The record without what clock, memory and load gave.
 nlohmann::ordered_json without_times_of(const std::string& line) {
     nlohmann::ordered_json record = nlohmann::ordered_json::parse(line);
     record["environment"].erase("load");
@@ -40,12 +42,12 @@ protected:
         }
         write_study(40);
     }
-    void write_study(int ticks) const {
+    void write_study(int ticks, int repetitions = 2) const {
         nlohmann::json study{{"format", "trocar-study-3"}, {"name", "small"}, {"reference", "brute_force"}};
         study["experiments"] = {{{"frames", "replay"},
                                  {"scenes", {"i2t_poke.json", "i2i_cross.json"}},
                                  {"detectors", {"ohc", "brute_force"}},
-                                 {"repetitions", 2},
+                                 {"repetitions", repetitions},
                                  {"ticks", ticks}},
                                 {{"frames", "closed_loop"},
                                  {"scenes", {"i2t_poke.json", "i2i_cross.json"}},
@@ -91,7 +93,9 @@ protected:
         for (const auto& [name, content] : files) {
             ASSERT_TRUE(other.contains(name)) << name;
             // Replays and the picture of the worst tick have no times.
-            if (name.starts_with("view/") || name == "worst_tick.json") EXPECT_EQ(other.at(name), content) << name;
+            if (name.starts_with("view/") || name == "worst_tick.json") {
+                EXPECT_EQ(other.at(name), content) << name;
+            }
         }
         EXPECT_EQ(other.size(), files.size());
         run_successfully("report " + path("whole") + " --against " + path(merged));
@@ -214,11 +218,11 @@ protected:
     void TearDown() override {
         if (std::filesystem::exists(path("slurm"))) node("stop");
     }
-    [[nodiscard]] int node(const std::string& action, const std::string& port = "") const {
+    int node(const std::string& action, const std::string& port = "") const {
         const std::string script = std::string(TROCAR_SOURCE_DIR) + "/tests/app/slurm_one_node.sh ";
         return std::system(("PATH=$PATH:/usr/sbin " + script + action + " " + path("slurm") + " " + port).c_str());
     }
-    [[nodiscard]] nlohmann::json submit() const {
+    nlohmann::json submit() const {
         return json_of(study("--slurm --array 4 --time 10 --json --output " + path("merged")));
     }
     [[nodiscard]] std::map<std::string, std::string> finished_runs() const {
@@ -247,30 +251,38 @@ protected:
 };
 
 TEST_F(SlurmShards, AKilledTaskIsMissingAndTheStudySubmittedAgainIsWhole) {
-    write_study(1500);
+    write_study(300, 6);
+    // The task with most runs is killed when it has finished some and is at another one.
+    const auto runs_of = [this](int shard) {
+        return json_of(study("--plan --json --shard " + std::to_string(shard) + "/4"))["runs"].size();
+    };
+    const std::array<int, 4> numbers{1, 2, 3, 4};
+    const int killed =
+        *std::max_element(numbers.begin(), numbers.end(), [&](int a, int b) { return runs_of(a) < runs_of(b); });
+    const std::string name = std::to_string(killed);
+    const auto finished = [&] {
+        const std::map<std::string, std::string> runs = finished_runs();
+        return static_cast<std::size_t>(std::count_if(
+            runs.begin(), runs.end(), [&](const auto& run) { return run.first.starts_with(name + "-of-4/"); }));
+    };
     const std::string array = submit()["array_job"];
     EXPECT_NE(read_file(path("merged.shards/array.sh")).find("#SBATCH --exclusive"), std::string::npos);
-    // Shard 2 has finished some run and is at another one.
-    const std::size_t planned = json_of(study("--plan --json --shard 2/4"))["runs"].size();
-    ASSERT_GE(planned, 2U);
-    ASSERT_TRUE(wait_until([this] {
-        const auto runs = finished_runs();
-        return std::any_of(runs.begin(), runs.end(), [](const auto& run) { return run.first.starts_with("2-of-4/"); });
-    }));
-    EXPECT_EQ(std::system(("scancel --signal=KILL --full " + array + "_2").c_str()), 0);
+    ASSERT_TRUE(wait_until([&] { return finished() > 0; }));
+    EXPECT_EQ(std::system(("scancel --signal=KILL --full " + array + "_" + name).c_str()), 0);
     ASSERT_TRUE(wait_for_jobs());
-    EXPECT_FALSE(std::filesystem::exists(path("merged/records.jsonl.gz")));
+    ASSERT_LT(finished(), runs_of(killed)) << "it was killed too late";
+    EXPECT_FALSE(std::filesystem::exists(path("merged")));
     const std::string log = read_file(path("merged.shards/merge.log"));
-    EXPECT_NE(log.find("missing  shard 2/4: "), std::string::npos) << log;
-    for (const char* other : {"shard 1/4", "shard 3/4", "shard 4/4"}) {
-        EXPECT_EQ(log.find(other), std::string::npos) << log;
+    for (const int shard : numbers) {
+        const bool is_listed = log.find("missing  shard " + std::to_string(shard) + "/4: ") != std::string::npos;
+        EXPECT_EQ(is_listed, shard == killed) << log;
     }
     const std::map<std::string, std::string> before = finished_runs();
 
     submit();
     ASSERT_TRUE(wait_for_jobs());
     const std::map<std::string, std::string> after = finished_runs();
-    for (const auto& [name, content] : before) EXPECT_EQ(after.at(name), content) << name << " was made again";
+    for (const auto& [file, content] : before) EXPECT_EQ(after.at(file), content) << file << " was made again";
     EXPECT_GT(after.size(), before.size());
     expect_equals_the_whole_study("merged");
     expect_refused(study("--slurm --output " + path("merged")), "expected a new or empty folder");

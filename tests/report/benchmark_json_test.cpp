@@ -51,11 +51,12 @@ TEST(GoogleBenchmarkJson, CompareHoldsNineProcessesAgainstNineByItsUTest) {
     ASSERT_EQ(result.status, 0) << result.err;
     EXPECT_EQ(result.out.find("WARNING"), std::string::npos) << "too few repetitions: " << result.out;
     const nlohmann::json report = nlohmann::json::parse(test::read_file(folder.path() / "out.json"));
-    ASSERT_EQ(report.size(), 1U) << report;
+    ASSERT_EQ(report.size(), 2U) << "the run, and compare.py's mean of all: " << report;
     EXPECT_EQ(report[0]["name"], "closed_loop/poke/mine + push (intersection)");
     ASSERT_EQ(report[0]["measurements"].size(), 9U);
     for (const nlohmann::json& one : report[0]["measurements"]) EXPECT_NEAR(one["time"].get<double>(), 1.0, 0.02);
     // Two samples of nine that do not overlap: below 2/C(18,9) = 4e-5 exactly, 4e-4 by the normal approximation.
+    EXPECT_EQ(report[0]["utest"]["have_optimal_repetitions"], true);
     EXPECT_LT(report[0]["utest"]["time_pvalue"].get<double>(), 0.001);
 }
 
@@ -72,6 +73,7 @@ TEST(GoogleBenchmarkJson, RunsWithoutATimeAreLeftOutAndThoseOfSeveralMachinesRef
     for (const Record& record : processes_at(1.0, 1, "m2")) records.push_back(record);
     EXPECT_THROW(google(records), InputError);
     EXPECT_EQ(choose_runs(records, {"machine=m1"}).size(), 2U);
+    EXPECT_THROW(google({test::synthetic({.mode = "resolution"})}), InputError) << "runs that others may disturb";
     EXPECT_THROW(google({test::synthetic({.outcome = {OutcomeKind::crashed, "signal 11"}})}), InputError);
 }
 
