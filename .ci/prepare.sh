@@ -17,11 +17,13 @@ check_packages=(clang-format-14 clang-tidy-14)
 # ./test.sh fuzz; llvm-16 names the places of a find
 fuzz_packages=(clang-16 libclang-rt-16-dev llvm-16 python3)
 # ./test.sh full; those behind the compiler read what trocar writes for others: VTK the exports, LaTeX the tables, R and
-# pandas the CSV; a browser opens the pages
+# pandas the CSV, compare.py the times; a browser opens the pages, Slurm runs a study in shards
 full_packages=(
     "${fuzz_packages[@]}"
     python3-vtk9 texlive-latex-base texlive-latex-recommended r-base-core python3-pandas
+    libbenchmark-tools python3-scipy
     chromium chromium-driver
+    slurmctld slurmd slurm-client munge
 )
 
 say() { printf '\n== %s\n' "$*"; }

@@ -215,10 +215,34 @@ int run_command(int argc, char** argv) {
                     "always run alone")
         ->check(CLI::Range(1, 1024))
         ->capture_default_str();
-    sub->add_flag("--plan", study_options.plan_only, "Print the list of runs and stop");
+    CLI::Option* plan = sub->add_flag("--plan", study_options.plan_only, "Print the list of runs and stop");
+    CLI::Option* shard =
+        sub->add_option("--shard", study_options.shard,
+                        "K/N: make only the K-th of N shares of the runs, without report (default folder: "
+                        "build/reports/<study>.shards/K-of-N); trocar merge puts the shares together");
+    CLI::Option* slurm =
+        sub->add_flag("--slurm", study_options.slurm,
+                      "Submit the study to Slurm and stop: an array of shards in <output>.shards, and a job that "
+                      "merges them into <output>; submitted again, it goes on where it stopped");
+    sub->add_option("--array", study_options.array, "So many shards, with --slurm")
+        ->check(CLI::Range(1, 100000))
+        ->needs(slurm)
+        ->capture_default_str();
+    sub->add_option("--time", study_options.time, "Limit of a shard's time as Slurm writes it (2:00:00), with --slurm")
+        ->needs(slurm);
+    for (CLI::Option* choice : {shard, slurm}) choice->excludes("--publish");
+    shard->excludes(slurm);
+    plan->excludes(slurm);
     sub->add_option("--child-run", study_options.child_runs)->group("");
     sub->add_option("--child-output", study_options.child_output)->group("");
     line.on(sub, study_options, study);
+
+    MergeOptions merge_options;
+    sub = line.add("merge", "Put the shards of a study together and write its report",
+                   "trocar merge build/reports/default build/reports/default.shards/*");
+    sub->add_option("output", merge_options.output, "New or empty folder for records and report")->required();
+    sub->add_option("folders", merge_options.folders, "Folders of the shards (trocar study --shard)")->required();
+    line.on(sub, merge_options, merge);
 
     TuneOptions tune_options;
     sub = line.add("tune", "Search the settings of responses: one objective, one budget and two starts for all",
@@ -272,8 +296,11 @@ int run_command(int argc, char** argv) {
     sub->add_option("--sort", table_options.sort,
                     "NAME[:desc],...: order of the rows (default: by the columns shown, left to right)")
         ->delimiter(',');
-    sub->add_option("--format", table_options.format, "md, tex (one file to \\input, fits a two-column page) or csv")
-        ->check(CLI::IsMember({"md", "tex", "csv"}))
+    sub->add_option("--format", table_options.format,
+                    "md, tex (one file to \\input, fits a two-column page) or csv; google-benchmark: its JSON of every "
+                    "timed run, for compare.py; dashboard: JSON of figures of which smaller is better (--columns), for "
+                    "github-action-benchmark")
+        ->check(CLI::IsMember({"md", "tex", "csv", "google-benchmark", "dashboard"}))
         ->capture_default_str();
     CLI::Option* sqlite = sub->add_option(
         "--sqlite", table_options.sqlite,

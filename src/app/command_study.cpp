@@ -1,13 +1,16 @@
 // `trocar study`: plans, runs every run in a child process (this same program with --child-run), reports, publishes.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdio>
+#include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
 #include "app/progress.hpp"
 #include "app/shipped.hpp"
+#include "app/slurm.hpp"
 #include "app/study_runs.hpp"
 #include "app/view_pages.hpp"
 #include "app/worst_tick.hpp"
@@ -19,6 +22,7 @@
 #include "report/view_links.hpp"
 #include "simulate/runs.hpp"
 #include "study/runner.hpp"
+#include "study/shard.hpp"
 #include "study/study.hpp"
 
 namespace trocar::app {
@@ -26,17 +30,9 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+const std::filesystem::path reports_folder = std::filesystem::path("build") / "reports";
 constexpr std::size_t most_replays = 20;                 // scenes; of more, `trocar view DIR --pages` makes the pages
 constexpr std::uintmax_t largest_published = 8'000'000;  // bytes of a report: compressed records, pages without scripts
-
-std::string method(const RunSpec& spec) {
-    std::string text = spec.detector;
-    if (!spec.response.empty()) text += (text.empty() ? "" : " + ") + spec.response;
-    if (!spec.stepper.empty()) text += ", " + spec.stepper;
-    if (spec.mode == "closed_loop") text += " (" + spec.contacts + ")";
-    if (!spec.point.empty()) text += " [" + spec.knob + " " + spec.point + "]";
-    return text;
-}
 
 SceneFacts facts_of_input(const Study& study, const CommonOptions& common, const RunSpec& spec) {
     const std::filesystem::path folder = study.file.parent_path();
@@ -149,7 +145,8 @@ int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool jso
         const std::string settled =
             run.settled ? fmt::format("  {} ({})", name_of(run.settled->kind), run.settled->message) : std::string();
         fmt::print("{:4}  {}  {:<13}  {:<14}  {}  {} ticks{}\n", number++, run.spec.repetition, run.spec.mode,
-                   run.spec.scene.empty() ? "all scenes" : run.spec.scene, method(run.spec), run.spec.ticks, settled);
+                   run.spec.scene.empty() ? "all scenes" : run.spec.scene, methods_in_words(run.spec), run.spec.ticks,
+                   settled);
     }
     fmt::print(
         "{} runs, roughly {} on a quiet machine (slow baselines take longer), each ended after {:g} s at the latest\n",
@@ -159,11 +156,11 @@ int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool jso
 
 /// What page 1's picture shows is run once more and kept beside the records. A study without it is no failure: the page
 /// says that there is none.
-void keep_worst_tick(const Study& study, const CommonOptions& common, const std::filesystem::path& directory,
-                     const std::vector<Record>& records) {
+void keep_worst_tick(const std::filesystem::path& study_file, const CommonOptions& common,
+                     const std::filesystem::path& directory, const std::vector<Record>& records) {
     const std::filesystem::path file = directory / worst_tick_file;
     try {
-        const auto seen = see_worst_tick(records, study.file.parent_path(), common.data);
+        const auto seen = see_worst_tick(records, study_file.parent_path(), common.data);
         if (seen) {
             write_whole(file, to_json(*seen));
             return;
@@ -228,6 +225,7 @@ RunnerResult run_study(const Study& study, const std::vector<PlannedRun>& plan, 
     RunnerOptions runner;
     runner.directory = directory;
     runner.timed = timed;
+    runner.shard = options.shard ? read_shard(*options.shard).number : 1;
     runner.child_command = {"/proc/self/exe", "study", options.file.string()};
     if (common.data) {
         runner.child_command.emplace_back("--data");
@@ -244,46 +242,75 @@ RunnerResult run_study(const Study& study, const std::vector<PlannedRun>& plan, 
         facts.insert(here.begin(), here.end());
         return facts;
     };
-    Progress progress("run", static_cast<std::int64_t>(plan.size()));
+    const auto is_here = [&runner](const PlannedRun& run) { return run.shard == runner.shard; };
+    Progress progress("run", std::count_if(plan.begin(), plan.end(), is_here));
     runner.progress = [&progress](std::size_t position, const PlannedRun* run) {
         if (run == nullptr) return;
         progress.show(static_cast<std::int64_t>(position),
-                      fmt::format("{} {}: {}", run->spec.mode, run->spec.scene, method(run->spec)));
+                      fmt::format("{} {}: {}", run->spec.mode, run->spec.scene, methods_in_words(run->spec)));
     };
     const RunnerResult result = run_plan(plan, runner);
     progress.end();
     return result;
 }
 
+Report write_study_report(const std::filesystem::path& study_file, const CommonOptions& common,
+                          const std::filesystem::path& directory, const std::vector<Record>& records) {
+    if (viewed_scenes(records).size() <= most_replays) {
+        write_view_pages(directory, records, study_file.parent_path(), common.data);
+    }
+    keep_worst_tick(study_file, common, directory, records);
+    return write_report(directory, shipped_reports());
+}
+
 int study(const CommonOptions& common, const StudyOptions& options) {
+    const Shard shard = options.shard ? read_shard(*options.shard) : Shard{};
     const Study study = read_study(options.file, options.with, listed_scenes());
     if (!options.child_runs.empty()) return child(study, common, options);
-    const std::vector<PlannedRun> plan = completed_plan(study, common);
-    if (options.plan_only) return print_plan(study, plan, common.json);
+    std::vector<PlannedRun> plan = completed_plan(study, common);
+    const std::filesystem::path whole =
+        options.slurm ? options.output.value_or(reports_folder / study.name) : reports_folder / study.name;
+    if (options.slurm) return submit_to_slurm(study, plan, common, options, whole);
+    if (options.shard) assign_shards(shard.count, study.time_limit_s, plan);
+    const auto is_elsewhere = [&shard](const PlannedRun& run) { return run.shard != shard.number; };
+    if (options.plan_only) {
+        std::erase_if(plan, is_elsewhere);
+        return print_plan(study, plan, common.json);
+    }
+    const std::int64_t planned = std::ssize(plan) - std::count_if(plan.begin(), plan.end(), is_elsewhere);
 
-    const std::filesystem::path directory =
-        options.output.value_or(std::filesystem::path("build") / "reports" / study.name);
+    const std::filesystem::path directory = options.output.value_or(options.shard ? shard_folder(whole, shard) : whole);
     for (const std::string& note : reference_notes(study)) {
         fmt::print(stderr, "trocar study: {}: {}\n", options.file.string(), note);
     }
+    if (options.shard) start_shard(directory, shard, study, plan, binary_identity());
     const RunnerResult result = run_study(study, plan, common, options, directory, true);
     if (result.interrupted) {
         fmt::print(stderr, "trocar study: interrupted; {} of {} runs are kept in {}, the same command goes on there\n",
-                   result.made + result.found, plan.size(), directory.string());
+                   result.made + result.found, planned, directory.string());
         if (common.json) {
             const Json document{{"study", study.name}, {"directory", directory.string()},
-                                {"interrupted", true}, {"runs", plan.size()},
+                                {"interrupted", true}, {"runs", planned},
                                 {"made", result.made}, {"found", result.found}};
             fmt::print("{}\n", document.dump());
         }
         return interrupted;
     }
-    const std::vector<Record> records = read_records(directory);
-    if (viewed_scenes(records).size() <= most_replays) {
-        write_view_pages(directory, records, study.file.parent_path(), common.data);
+    if (options.shard) {
+        if (common.json) {
+            const Json document{{"study", study.name},   {"directory", directory.string()},
+                                {"shard", shard.number}, {"shards", shard.count},
+                                {"runs", planned},       {"made", result.made},
+                                {"found", result.found}};
+            fmt::print("{}\n", document.dump());
+        } else {
+            fmt::print("Shard {}/{}: {} of {} runs ({} made now, {} found from an earlier start) in {}\n", shard.number,
+                       shard.count, planned, plan.size(), result.made, result.found, directory.string());
+        }
+        return done;
     }
-    keep_worst_tick(study, common, directory, records);
-    const Report report = write_report(directory, shipped_reports());
+    const std::vector<Record> records = read_records(directory);
+    const Report report = write_study_report(study.file, common, directory, records);
     const std::filesystem::path published =
         options.publish ? publish(study, directory, report) : std::filesystem::path();
     if (!common.json) {

@@ -5,6 +5,8 @@
 
 #include "app/commands.hpp"
 #include "app/json_values.hpp"
+#include "geometry/input_error.hpp"
+#include "report/benchmark_json.hpp"
 #include "report/report.hpp"
 #include "report/run_database.hpp"
 #include "report/table_choice.hpp"
@@ -38,6 +40,22 @@ int table(const CommonOptions& common, const TableOptions& options) {
     if (options.sqlite) {
         write_run_database(records, *options.sqlite);
         if (common.json) print({{"file", options.sqlite->string()}, {"runs", records.size()}});
+        return done;
+    }
+    const bool is_benchmark = options.format == "google-benchmark";
+    const bool is_dashboard = options.format == "dashboard";
+    if (!options.sort.empty() && (is_benchmark || is_dashboard)) {
+        throw InputError("command line", "--sort", "the format md, tex or csv", options.format);
+    }
+    if (!options.columns.empty() && is_benchmark) {
+        throw InputError("command line", "--columns", "the format md, tex, csv or dashboard", options.format);
+    }
+    if (is_benchmark) {
+        fmt::print("{}", google_benchmark_json(choose_runs(records, options.where)));
+        return done;
+    }
+    if (is_dashboard) {
+        fmt::print("{}", smaller_is_better_json(choose_runs(records, options.where), options.columns));
         return done;
     }
     const ChosenTable chosen =

@@ -108,12 +108,22 @@ struct StudyOptions {
     std::optional<std::filesystem::path> output;  ///< default build/reports/<study>
     bool publish = false;                         ///< copy the finished report to reports/<study>
     bool plan_only = false;                       ///< print the run list and stop
+    std::optional<std::string> shard = {};        ///< K/N: only these runs, without report
+    bool slurm = false;                           ///< submit shards and their merge to Slurm and stop
+    std::int64_t array = 4;                       ///< shards, for `slurm`
+    std::optional<std::string> time = {};         ///< limit of a shard as Slurm writes it, for `slurm`
     /// Internal: execute only these runs of the plan, one or those of a group, and write their records to
     /// `child_output`.
     std::vector<std::int64_t> child_runs;
     std::optional<std::filesystem::path> child_output;
 };
 int study(const CommonOptions& common, const StudyOptions& options);
+
+struct MergeOptions {
+    std::filesystem::path output;                ///< new or empty folder
+    std::vector<std::filesystem::path> folders;  ///< of shards
+};
+int merge(const CommonOptions& common, const MergeOptions& options);
 
 struct TuneOptions {
     std::filesystem::path file;
@@ -143,7 +153,7 @@ struct TableOptions {
     std::vector<std::string> columns;  ///< NAME[:UNIT]; empty: default columns
     std::vector<std::string> where;    ///< NAME=VALUE or NAME!=VALUE
     std::vector<std::string> sort;     ///< NAME[:desc]
-    std::string format = "md";         ///< md | tex | csv
+    std::string format = "md";         ///< md | tex | csv | google-benchmark | dashboard
     /// database with all runs instead of a printed table
     std::optional<std::filesystem::path> sqlite = {};
 };

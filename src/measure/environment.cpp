@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "build_facts.hpp"
+#include "geometry/fnv_hash.hpp"
 #include "measure/allocations.hpp"
 #include "source_state.hpp"
 
@@ -44,6 +45,15 @@ std::string load() {
     return line.substr(0, line.find(' '));
 }
 
+/// Hash over host name and machine-id, 16 hex digits: different machines differ, and none is named.
+std::string machine() {
+    FnvHash hash;
+    utsname name{};
+    if (uname(&name) == 0) hash.add_text(name.nodename);
+    hash.add_text(first_line("/etc/machine-id"));
+    return hash.text();
+}
+
 }  // namespace
 
 std::map<std::string, std::string> environment() {
@@ -53,6 +63,7 @@ std::map<std::string, std::string> environment() {
     const char* assertions = "on";
 #endif
     return {
+        {"machine", machine()},
         {"cpu", processor_name()},
         {"cores", fmt::format("{}", std::thread::hardware_concurrency())},
         {"governor", first_line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor")},

@@ -6,9 +6,9 @@
 
 namespace trocar {
 
-/// "cpu", "cores", "governor", "kernel", "load", "compiler", "flags", "build_type", "assertions", "sanitizers",
-/// "allocations_counted", "version", "commit", "dirty". Facts of the build are those of this library's own build. Facts
-/// that cannot be found are "unknown"; "dirty" is "yes", "no" or "unknown".
+/// "machine", "cpu", "cores", "governor", "kernel", "load", "compiler", "flags", "build_type", "assertions",
+/// "sanitizers", "allocations_counted", "version", "commit", "dirty". Facts of the build are those of this library's
+/// own build. Facts that cannot be found are "unknown"; "dirty" is "yes", "no" or "unknown".
 std::map<std::string, std::string> environment();
 
 }  // namespace trocar

@@ -423,6 +423,10 @@ std::string to_json_line(const Record& record) {
     return line_of(json);
 }
 
+bool is_timed(const RunSpec& spec) {
+    return spec.mode != "hard_case" && spec.mode != "metamorphic" && spec.mode != "resolution";
+}
+
 std::string run_id(const RunSpec& spec) {
     FnvHash hash;
     hash.add_text(line_of(spec_to_json(spec)));

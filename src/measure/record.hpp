@@ -50,6 +50,9 @@ struct RunSpec {
     std::string point = {};
 };
 
+/// True when the report uses a time of this run, so that no other run may execute in parallel.
+bool is_timed(const RunSpec& spec);
+
 struct Record {
     RunSpec spec;
     std::map<std::string, std::string>

@@ -58,6 +58,12 @@ void warnings(Draft& draft) {
                                     format_number(draft.results.noise_floor())),
                         Paragraph::Style::warning);
     }
+    if (are_of_several_machines(draft.records)) {
+        draft.paragraph(
+            "The records come from several machines, whose times and memory do not compare: they are n/a in every "
+            "table. results.csv has those of every run beside its machine.",
+            Paragraph::Style::warning);
+    }
     bool mixed = false;
     for (const char* key : {"binary", "cpu", "kernel"}) (void)common_fact(draft.records, key, &mixed);
     if (mixed) {

@@ -24,6 +24,15 @@
 namespace trocar {
 namespace {
 
+/// The records without what clock and memory gave.
+std::vector<Record> without_times(std::vector<Record> records) {
+    for (Record& record : records) {
+        std::erase_if(record.summary, [](const auto& entry) { return is_timed(info_of(entry.first).source); });
+        for (StepRow& row : record.rows) row.stage_ns.fill(-1);
+    }
+    return records;
+}
+
 Report compose(const std::vector<Record>& records, const std::string& worst_tick, const std::string& assets,
                const QuotedRecords& quoted) {
     Draft draft(records);
@@ -81,7 +90,6 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     report.files["report.md"] = page_one_to_markdown(draft.document, "report.html");
     if (interactive && assets == own_assets) report.files[draft.document.charts_js] = web::charts_script();
     report.files["report.html"] = to_html(draft.document);
-    report.files.merge(results_files(records));
     report.page_one = terminal_text(draft);
     report.document = std::move(draft.document);
     return report;
@@ -103,7 +111,7 @@ QuotedRecords quoted_records(const std::vector<Record>& records, const std::vect
 }  // namespace
 
 Report make_report(const std::vector<Record>& records, const std::string& worst_tick,
-                   const std::set<std::string>& pages, const std::string& assets, const QuotedRecords& quoted) {
+                   const std::set<std::string>& pages, const std::string& assets, QuotedRecords quoted) {
     if (records.empty()) {
         const Document document{.title = "trocar study",
                                 .blocks = {Paragraph{"There are no records.", Paragraph::Style::normal}}};
@@ -111,7 +119,13 @@ Report make_report(const std::vector<Record>& records, const std::string& worst_
                 .page_one = "There are no records.\n",
                 .document = document};
     }
-    Report report = compose(records, worst_tick, assets, quoted);
+    // No table may pool times of several machines.
+    for (auto& [name, of_report] : quoted) {
+        if (are_of_several_machines(of_report)) of_report = without_times(std::move(of_report));
+    }
+    Report report = are_of_several_machines(records) ? compose(without_times(records), worst_tick, assets, quoted)
+                                                     : compose(records, worst_tick, assets, quoted);
+    report.files.merge(results_files(records));
     if (!pages.empty() && assets == own_assets) {
         report.files[fmt::format("{}/{}", own_assets, web::viewer_name)] = web::viewer_script();
     }

@@ -29,7 +29,7 @@ using QuotedRecords = std::vector<std::pair<std::string, std::vector<Record>>>;
 /// (page_assets.hpp); only own_assets are among the files.
 Report make_report(const std::vector<Record>& records, const std::string& worst_tick = {},
                    const std::set<std::string>& pages = {}, const std::string& assets = own_assets,
-                   const QuotedRecords& quoted = {});
+                   QuotedRecords quoted = {});
 
 /// Reads records from a file, or from a folder's (records_file). Throws InputError with the line number, or with the
 /// place in a gzip file (geometry/gzip.hpp).

@@ -22,6 +22,12 @@ std::string common_fact(const std::vector<Record>& records, const std::string& k
                        values.size() - most);
 }
 
+bool are_of_several_machines(const std::vector<Record>& records) {
+    bool several = false;
+    (void)common_fact(records, "machine", &several);
+    return several;
+}
+
 Draft::Draft(const std::vector<Record>& all) : records(all), results(all) {
     reference = common_fact(all, "study.reference");
     study = all.front().spec.study;

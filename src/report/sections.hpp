@@ -30,6 +30,9 @@ struct QuotedReport {
 /// Nobody reads a longer table on a page.
 inline constexpr std::size_t most_table_rows = 400;
 
+/// True when the records name more than one machine.
+bool are_of_several_machines(const std::vector<Record>& records);
+
 /// Report under construction.
 struct Draft {
     /// Precondition: at least one record. The records outlive the draft.

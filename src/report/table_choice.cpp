@@ -124,6 +124,14 @@ public:
         return chosen;
     }
 
+    std::vector<const Record*> choose_records(const std::vector<std::string>& where) {
+        (void)keep_where(where);
+        if (rows_.empty()) throw InputError("--where", "", "a run for which all of these hold", "none");
+        std::vector<const Record*> chosen;
+        for (const std::size_t row : rows_) chosen.push_back(&table_.record(row));
+        return chosen;
+    }
+
 private:
     [[nodiscard]] std::size_t column_named(const std::string& name, const char* option) const {
         const std::int64_t found = table_.find(name);
@@ -245,12 +253,32 @@ private:
         return name.starts_with("device.") || name.starts_with("overrides.");
     }
 
+    /// Keeps the rows that fit the conditions, and those of the usual mode and process where no condition names one.
     void choose_rows(const TableChoice& choice, std::vector<std::string>& notes) {
+        const std::set<std::string> named = keep_where(choice.where);
+        if (!named.contains("mode")) keep_main_mode(notes);
+        const bool shown =
+            std::find(choice.columns.begin(), choice.columns.end(), "repetition") != choice.columns.end();
+        if (!named.contains("repetition") && !shown) {
+            const std::size_t before = rows_.size();
+            keep(column_named("repetition", "--where"), {"0"});
+            if (rows_.size() < before) {
+                notes.push_back(
+                    fmt::format("the first process of every run, {} more left out (--where repetition=N, or "
+                                "the column repetition)",
+                                before - rows_.size()));
+            }
+        }
+        if (rows_.empty()) throw InputError("--where", "", "a run for which all of these hold", "none");
+    }
+
+    /// Names that some condition asks a value of.
+    std::set<std::string> keep_where(const std::vector<std::string>& where) {
         rows_.resize(table_.row_count());
         std::iota(rows_.begin(), rows_.end(), std::size_t{0});
         std::map<std::string, std::vector<std::string>> values;
         std::vector<std::pair<std::size_t, std::string>> excluded;
-        for (const std::string& condition : choice.where) {
+        for (const std::string& condition : where) {
             const std::size_t equals = condition.find('=');
             if (equals == std::string::npos) {
                 throw InputError("--where", "", "NAME=VALUE or NAME!=VALUE", fmt::format("'{}'", condition));
@@ -282,20 +310,9 @@ private:
             return std::any_of(excluded.begin(), excluded.end(),
                                [&](const auto& one) { return fits(row, one.first, one.second); });
         });
-        if (!values.contains("mode")) keep_main_mode(notes);
-        const bool shown =
-            std::find(choice.columns.begin(), choice.columns.end(), "repetition") != choice.columns.end();
-        if (!values.contains("repetition") && !shown) {
-            const std::size_t before = rows_.size();
-            keep(column_named("repetition", "--where"), {"0"});
-            if (rows_.size() < before) {
-                notes.push_back(
-                    fmt::format("the first process of every run, {} more left out (--where repetition=N, or "
-                                "the column repetition)",
-                                before - rows_.size()));
-            }
-        }
-        if (rows_.empty()) throw InputError("--where", "", "a run for which all of these hold", "none");
+        std::set<std::string> named;
+        for (const auto& [name, wanted] : values) named.insert(name);
+        return named;
     }
 
     void keep_main_mode(std::vector<std::string>& notes) {
@@ -366,6 +383,10 @@ Table as_table(const ChosenTable& chosen) {
 
 ChosenTable choose_table(const std::vector<Record>& records, const TableChoice& choice) {
     return Chooser(records).choose(choice);
+}
+
+std::vector<const Record*> choose_runs(const std::vector<Record>& records, const std::vector<std::string>& where) {
+    return Chooser(records).choose_records(where);
 }
 
 std::string table_as_markdown(const ChosenTable& table) { return to_markdown(as_table(table)); }

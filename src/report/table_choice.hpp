@@ -42,6 +42,10 @@ struct ChosenTable {
 /// has, or an empty result.
 ChosenTable choose_table(const std::vector<Record>& records, const TableChoice& choice);
 
+/// The runs that fit the conditions of TableChoice::where, of every mode and process. Throws InputError as
+/// choose_table.
+std::vector<const Record*> choose_runs(const std::vector<Record>& records, const std::vector<std::string>& where);
+
 /// Markdown, LaTeX (latex_table) or CSV. CSV has all digits and column names as heads. The others round to three digits
 /// and print n/a for unknown.
 std::string table_as_markdown(const ChosenTable& table);

@@ -26,6 +26,7 @@ struct RunnerOptions {
     std::string binary;          ///< finished runs of another binary are ignored
     double time_limit_s = 60.0;  ///< s, per run
     int jobs = 1;                ///< number of parallel runs, for untimed runs only
+    std::int64_t shard = 1;      ///< runs of other shards are left out
     bool timed = true;           ///< false: nobody reads a time of any run
     /// Environment of records that no child could write (absent, crashed, timed out).
     std::function<std::map<std::string, std::string>(const PlannedRun&)> environment;
@@ -47,9 +48,6 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
 
 /// Child process: notes which run of a group has its turn now.
 void write_turn(const std::filesystem::path& output, std::int64_t index);
-
-/// True when the report uses a time of this run, so that no other run may execute in parallel.
-bool is_timed(const RunSpec& spec);
 
 /// File name of a stored run: hash over everything that decides its result.
 std::string run_key(const RunSpec& spec, double time_limit_s);

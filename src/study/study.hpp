@@ -176,11 +176,15 @@ struct PlannedRun {
     /// lacks or the response cannot read.
     std::optional<Outcome> settled;
     std::map<std::string, std::string> facts;  ///< additional facts for the record's environment
+    std::int64_t shard = 1;                    ///< number of the shard that makes it (shard.hpp)
     std::string group = {};  ///< runs with the same one take turns in one process; empty: alone in its process
     /// s, estimate for the printed plan: linear in ticks, judged ticks and triangles, fitted to the default study. Slow
     /// methods and loaded machines take several times as long.
     double rough_seconds = 0.0;
 };
+
+/// Methods of a run as texts print them: "ohc + penalty, implicit [k 1000]".
+std::string methods_in_words(const RunSpec& spec);
 
 /// Runs in execution order: one block per repetition, methods of a block shuffled by the study's seed. The result is
 /// the same on every machine. Reads no scene.

@@ -252,6 +252,15 @@ Level with_parameter(const Level& method, const std::string& key, const std::str
     return changed;
 }
 
+std::string methods_in_words(const RunSpec& spec) {
+    std::string text = spec.detector;
+    if (!spec.response.empty()) text += (text.empty() ? "" : " + ") + spec.response;
+    if (!spec.stepper.empty()) text += ", " + spec.stepper;
+    if (spec.mode == "closed_loop") text += " (" + spec.contacts + ")";
+    if (!spec.point.empty()) text += " [" + spec.knob + " " + spec.point + "]";
+    return text;
+}
+
 std::vector<PlannedRun> make_plan(const Study& study) {
     std::int64_t repetitions = 0;
     for (const Experiment& experiment : study.experiments) repetitions = std::max(repetitions, experiment.repetitions);

@@ -52,6 +52,42 @@ Verdict verdict_of(const Results& results) {
 }
 Verdict verdict_of(Results&& results) = delete;  // the rows point into them
 
+/// All that a report draws and says, but for the rows of single runs.
+std::string all_but_results(const std::vector<Record>& records) {
+    Report report = make_report(records);
+    report.files.erase("results.csv");
+    report.files.erase("figures.csv");
+    std::string text = report.page_one;
+    for (const auto& [name, content] : report.files) text += name + "\n" + content;
+    return text;
+}
+
+TEST(Machines, TimesOfSeveralAreInNoTableAndStandBesideTheirRun) {
+    const auto study = [](std::int64_t first_tick_us, const std::vector<std::string>& machines) {
+        std::vector<Record> records;
+        for (const char* mode : {"closed_loop", "replay"}) {
+            for (const char* detector : {"mine", "theirs"}) {
+                for (std::int64_t process = 0; process < 2; ++process) {
+                    records.push_back(test::synthetic({.mode = mode,
+                                                       .detector = detector,
+                                                       .repetition = process,
+                                                       .first_tick_us = first_tick_us * (process + 1)}));
+                    records.back().environment["machine"] = machines[static_cast<std::size_t>(process)];
+                }
+            }
+        }
+        return records;
+    };
+    EXPECT_NE(all_but_results(study(100, {"a", "a"})), all_but_results(study(321, {"a", "a"})));
+    const std::string report = all_but_results(study(100, {"a", "b"}));
+    EXPECT_EQ(report, all_but_results(study(321, {"a", "b"})));
+    EXPECT_NE(report.find("several machines"), std::string::npos);
+    EXPECT_EQ(all_but_results(study(100, {"a", "a"})).find("several machines"), std::string::npos);
+    const std::string runs = make_report(study(321, {"a", "b"})).files.at("results.csv");
+    EXPECT_NE(runs.find("321000"), std::string::npos);
+    EXPECT_NE(runs.find(",b,"), std::string::npos);
+}
+
 TEST(ReadRecords, ManyShortLinesThatAskForManyTicksAreRefusedWithTheFigure) {
     std::string line = to_json_line(Record());
     const std::string none = "\"rows\":{\"count\":0}";
