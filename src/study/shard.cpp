@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <memory>
 
 #include "geometry/fnv_hash.hpp"
 #include "geometry/gzip.hpp"
@@ -136,7 +137,10 @@ std::vector<FoundRecord> records_of(const ShardPlan& plan) {
     for (const auto& [key, shard] : shard_of_key) {
         const std::filesystem::path file = plan.folder / "runs" / plan.binary / (key + ".json");
         if (shard != plan.shard.number || !std::filesystem::exists(file)) continue;
-        for (FoundRecord& record : read_found(file, plan)) found.push_back(std::move(record));
+        try {
+            for (FoundRecord& record : read_found(file, plan)) found.push_back(std::move(record));
+        } catch (const InputError&) {  // half a file, which the shard makes again
+        }
     }
     return found;
 }
@@ -196,17 +200,27 @@ void start_shard(const std::filesystem::path& directory, const Shard& shard, con
 
 MergedShards merge_shards(const std::vector<std::filesystem::path>& folders) {
     std::vector<ShardPlan> shards;
+    std::map<std::int64_t, std::filesystem::path> folder_of;
     for (const std::filesystem::path& folder : folders) {
         shards.push_back(read_shard_plan(folder));
         expect_same_study(shards.front(), shards.back());
+        const std::int64_t number = shards.back().shard.number;
+        const auto [known, is_new] = folder_of.emplace(number, folder);
+        if (!is_new) {
+            throw InputError((folder / shard_name).string(), "/shard", "every shard once",
+                             fmt::format("{}, as in {}", number, known->second.string()));
+        }
     }
     const ShardPlan& plan = shards.front();
     std::map<std::string, FoundRecord> found;
     for (const ShardPlan& shard : shards) {
-        for (FoundRecord& record : records_of(shard)) {
-            const std::string place = record.place;
-            const auto [known, is_new] = found.emplace(record.key, std::move(record));
-            if (!is_new) throw InputError(place, "", "every run once", "one that " + known->second.place + " has too");
+        for (const FoundRecord& record : records_of(shard)) {
+            const auto [known, is_new] = found.try_emplace(record.key, record);
+            // Experiments may plan the same run; its record is then there twice.
+            if (!is_new && known->second.line != record.line) {
+                throw InputError(record.place, "", "every run once",
+                                 "another record of the one at " + known->second.place);
+            }
         }
     }
     MergedShards merged{.study_file = plan.study_file,

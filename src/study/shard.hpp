@@ -41,7 +41,7 @@ struct MergedShards {
 };
 
 /// Reads the folders of shards; of a shard that did not end, the finished runs. Throws InputError for folders of
-/// different studies, binaries or numbers of shards. Throws too for a run that is there twice and for a record of
+/// different studies, binaries or numbers of shards. Throws too for a shard that is there twice and for a record of
 /// another shard.
 MergedShards merge_shards(const std::vector<std::filesystem::path>& folders);
 
