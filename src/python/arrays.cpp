@@ -13,39 +13,55 @@ namespace {
 /// The object as an array of `columns` numbers a row, of one of these kinds ('f' float, 'i' and 'u' integer).
 py::array checked_array(const py::object& object, const std::string& name, py::ssize_t columns, std::string_view kinds,
                         const char* numbers) {
-    const std::string expected = fmt::format("an array of shape (n, {}) of {}", columns, numbers);
-    const py::array array = py::array::ensure(object);
-    if (!array) {
+    py::array array =
+        py::isinstance<py::array>(object) ? py::reinterpret_borrow<py::array>(object) : py::array::ensure(object);
+    const auto fail = [&](const std::string& found) {
         PyErr_Clear();
-        throw InputError(name, "", expected, fmt::format("a {}", Py_TYPE(object.ptr())->tp_name));
+        return InputError(name, "", fmt::format("an array of shape (n, {}) of {}", columns, numbers), found);
+    };
+    if (!array) throw fail(fmt::format("a {}", Py_TYPE(object.ptr())->tp_name));
+    if (array.ndim() != 2 || array.shape(1) != columns) {
+        throw fail("shape " + std::string(py::str(array.attr("shape"))));
     }
-    const std::string shape = py::str(array.attr("shape"));
-    if (array.ndim() != 2 || array.shape(1) != columns) throw InputError(name, "", expected, "shape " + shape);
     if (kinds.find(array.dtype().kind()) == std::string_view::npos) {
-        throw InputError(name, "", expected, fmt::format("type {}", std::string(py::str(array.dtype()))));
+        throw fail("type " + std::string(py::str(array.dtype())));
     }
     return array;
 }
 
 template <typename Number>
-py::array_t<Number, py::array::c_style | py::array::forcecast> converted(const py::array& array) {
-    return py::array_t<Number, py::array::c_style | py::array::forcecast>::ensure(array);
+using Rows = py::array_t<Number, py::array::c_style | py::array::forcecast>;
+
+/// The array itself where it has this type and layout, else a converted copy.
+template <typename Number>
+Rows<Number> rows_of(const py::array& array) {
+    if (py::isinstance<Rows<Number>>(array)) return py::reinterpret_borrow<Rows<Number>>(array);
+    const auto rows = Rows<Number>::ensure(array);
+    if (!rows) throw py::error_already_set();
+    return rows;
 }
 
 /// Integers of a checked array within [0, count). `what`: thing that they number.
-std::vector<Index> numbers_from(const py::array& array, const std::string& name, Eigen::Index count, const char* what) {
-    const auto given = converted<std::int64_t>(array);
+template <typename Number>
+std::vector<Index> numbers_from(const Rows<Number>& given, const std::string& name, Eigen::Index count,
+                                const char* what) {
     std::vector<Index> numbers(static_cast<std::size_t>(given.size()));
+    const Number* data = given.data();
     for (std::size_t i = 0; i < numbers.size(); ++i) {
-        const std::int64_t number = given.data()[i];
-        if (number < 0 || number >= count) {
+        if (data[i] < 0 || data[i] >= count) {
             const py::ssize_t row = static_cast<py::ssize_t>(i) / given.shape(1);
             throw InputError(name, fmt::format("row {}", row), fmt::format("{} numbers from 0, below {}", what, count),
-                             fmt::format("{}", number));
+                             fmt::format("{}", data[i]));
         }
-        numbers[i] = static_cast<Index>(number);
+        numbers[i] = static_cast<Index>(data[i]);
     }
     return numbers;
+}
+
+std::vector<Index> numbers_from(const py::array& array, const std::string& name, Eigen::Index count, const char* what) {
+    // The two usual types are read where they are.
+    if (py::isinstance<Rows<Index>>(array)) return numbers_from(rows_of<Index>(array), name, count, what);
+    return numbers_from(rows_of<std::int64_t>(array), name, count, what);
 }
 
 /// Structured type of the members that `visit` names on an example of the struct.
@@ -66,9 +82,8 @@ py::dtype structured_type(Visit&& visit) {
 }  // namespace
 
 Matrix3X points_from(const py::object& object, const std::string& name) {
-    const auto array = converted<double>(checked_array(object, name, 3, "fiu", "float64"));
-    if (!array) throw py::error_already_set();
-    const Matrix3X points = Eigen::Map<const Matrix3X>(array.data(), 3, array.shape(0));
+    const auto array = rows_of<double>(checked_array(object, name, 3, "fiu", "float64"));
+    Matrix3X points = Eigen::Map<const Matrix3X>(array.data(), 3, array.shape(0));
     if (points.allFinite()) return points;
     for (Eigen::Index row = 0;; ++row) {
         for (const double number : points.col(row)) {

@@ -163,7 +163,12 @@ private:
 }  // namespace
 
 void add_detection(py::module_& module) {
-    py::class_<Detection> detection(module, "Detection");
+    py::class_<Detection> detection(module, "Detection", plain_class(), R"(Answer of a detector on one frame.
+
+pairs: (n, 2) int32, sorted. touches: (n,) bool, True where two triangles only touch. counters: dict of deterministic
+work. outcome: ok, or how the detector failed; message: one sentence on it. truncated: a limit cut the list.
+update_ns, detect_ns: of this one call. false_negatives, false_positives: against the exact pairs; None without truth.
+Arrays are read-only views, which keep the answer alive.)");
     detection.def_property_readonly(
         "pairs", [](const py::object& self) { return view_of(self.cast<const Detection&>().answer.pairs, self); });
     detection.def_property_readonly("touches", [](const py::object& self) {
@@ -187,9 +192,14 @@ void add_detection(py::module_& module) {
     module.def("detect_arrays", &detect_arrays);
     module.def("detect_files", &detect_files);
     module.def("detect_scene", &detect_scene);
-    module.def("triangles_intersect", &intersecting, py::arg("corners_a"), py::arg("corners_b"));
+    module.def("triangles_intersect", &intersecting, py::arg("corners_a"), py::arg("corners_b"),
+               "Exact test of pairs of closed triangles: (n, 3, 3) float64 corners each, finite; returns (n,) bool.");
 
-    py::class_<OneDetector> one(module, "OneDetector");
+    py::class_<OneDetector> one(module, "OneDetector", plain_class(),
+                                R"(A detector, a call at a time; trocar.make_detector.
+
+prepare once, then update and detect for every frame. query_distance: m. detect returns (pairs, near), (n, 2) int32
+arrays that own their memory; near is empty at query distance 0. A failure raises RuntimeError with the outcome.)");
     one.def(py::init<const std::string&>(), py::arg("name"));
     one.def("prepare", &OneDetector::prepare, py::arg("topology"), py::arg("frame"));
     one.def("update", &OneDetector::update, py::arg("frame"), py::arg("query_distance") = 0.0);

@@ -264,7 +264,12 @@ void add_methods(py::module_& module) {
     module.attr("CONTACT") = contact_type();
     module.attr("FORCE_LAW") = force_law_type();
     module.attr("CONTACT_FORCE") = contact_force_type();
-    module.def("force_laws", &force_laws, py::arg("count"));
+    module.def("force_laws", &force_laws, py::arg("count"), R"((count,) array of trocar.FORCE_LAW with default values.
+
+The force of a law acts on the weighted vertices along normal: k * -gap, damped by mu, evaluated by the stepper in
+every sub-step. gap: m, at the start of the tick, negative inside; k: N/m; mu: N s/m; face_velocity: m/s. The reaction
+goes to reaction_vertices (tissue) or to reaction_body at reaction_point (m, world). contact/response_output.hpp has
+all.)");
     module.def("register_detector", &register_detector);
     module.def("register_response", &register_response);
 }

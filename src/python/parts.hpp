@@ -19,6 +19,9 @@ void add_simulation(py::module_& module);  ///< runs, ticks, records
 void add_methods(py::module_& module);     ///< methods written in Python
 void add_program(py::module_& module);     ///< the command line
 
+/// Python's own metaclass instead of pybind11's, which type stubs could not name.
+inline py::metaclass plain_class() { return py::metaclass(reinterpret_cast<PyObject*>(&PyType_Type)); }
+
 /// Releases the interpreter's lock during a computation. No method may be registered meanwhile.
 class Computing {
 public:

@@ -210,13 +210,17 @@ public:
 
     StepRow step() {
         check_idle();
+        struct Stepping {
+            bool& flag;
+            ~Stepping() { flag = false; }  // under the interpreter's lock again
+        };
         is_stepping_ = true;
+        const Stepping stepping{is_stepping_};
         StepRow row;
         {
             const Computing computing;
             row = simulation_->step();
         }
-        is_stepping_ = false;
         if (row.outcome == OutcomeKind::ok) ++ticks_;
         return row;
     }
@@ -282,7 +286,10 @@ std::optional<std::filesystem::path> data_folder(const OptionalPath& given) {
 }
 
 void add_simulation(py::module_& module) {
-    py::class_<StepRow> row(module, "Tick");
+    py::class_<StepRow> row(module, "Tick", plain_class(),
+                            R"(One tick as a mapping from column to value; dict(tick) has them all.
+
+Names and units are those of trocar.Result.columns. A number that is not known is NaN, a count -1.)");
     row.def("__getitem__", &value_of_column);
     row.def("__len__", [](const StepRow&) { return columns().size(); });
     row.def("keys", [](const StepRow&) {
@@ -292,7 +299,7 @@ void add_simulation(py::module_& module) {
     });
     row.def("__iter__", [](const py::object& self) { return py::iter(self.attr("keys")()); });
 
-    py::class_<Run, std::shared_ptr<Run>> record(module, "Record");
+    py::class_<Run, std::shared_ptr<Run>> record(module, "Record", plain_class());
     record.def("columns", [](const py::object& self) { return columns_of(self.cast<const Run&>().record.rows, self); });
     record.def_property_readonly("facts", &facts_of_run);
     record.def_property_readonly("run_id", [](const Run& run) { return run_id(run.record.spec); });
@@ -319,7 +326,7 @@ void add_simulation(py::module_& module) {
         return words;
     });
 
-    py::class_<SteppedSimulation> simulation(module, "Simulation");
+    py::class_<SteppedSimulation> simulation(module, "Simulation", plain_class());
     simulation.def(py::init(&make_simulation), py::arg("scene"), py::arg("detector"), py::arg("contacts"),
                    py::arg("response"), py::arg("stepper"), py::arg("device"), py::arg("query_distance_margin"),
                    py::arg("data"));

@@ -54,7 +54,12 @@ SharedFrame make_frame(const py::object& positions, const py::object& previous, 
 }  // namespace
 
 void add_world(py::module_& module) {
-    py::class_<Topology, SharedTopology> topology(module, "Topology");
+    py::class_<Topology, SharedTopology> topology(module, "Topology", plain_class(),
+                                                  R"(Triangles and bodies of a run, which stay the same.
+
+vertex_count. triangles: (T, 3) int32, vertex numbers, counter-clockwise seen from outside. body_of_triangle: (T,)
+int32. body_pairs: (n, 2) int32, the bodies that are tested against each other. bodies: a dict each with name, kind
+(instrument, rigid or tissue), closed, and vertices and triangles as slices. Arrays are read-only views.)");
     topology.def_readonly("vertex_count", &Topology::vertex_count);
     topology.def_property_readonly("bodies", &bodies_of);
     add_view(topology, "triangles", &Topology::triangles);
@@ -67,7 +72,11 @@ void add_world(py::module_& module) {
         return view_of(py::dtype::of<Index>(), {static_cast<py::ssize_t>(pairs.size()), 2}, {}, pairs.data(), self);
     });
 
-    py::class_<Frame, SharedFrame> frame(module, "Frame");
+    py::class_<Frame, SharedFrame> frame(module, "Frame", plain_class(), R"(Positions at one tick.
+
+positions: (N, 3) float64, m, world; previous: the same a tick before; velocities: m/s. tick; time: s. moved: slices
+of the vertices that may have changed since the last tick; None: unknown. Arrays are read-only views. Frame(positions,
+previous) copies; without previous nothing has moved.)");
     frame.def(py::init(&make_frame), py::arg("positions"), py::arg("previous") = py::none(), py::arg("tick") = 0,
               py::arg("time") = 0.0);
     add_view(frame, "positions", &Frame::position);
@@ -82,7 +91,12 @@ void add_world(py::module_& module) {
         return ranges;
     });
 
-    py::class_<Materials, SharedMaterials> materials(module, "Materials");
+    py::class_<Materials, SharedMaterials> materials(module, "Materials", plain_class(),
+                                                     R"(Material data that a response may use.
+
+Per vertex, (N,) float64, 0 where there is no tissue: mass, kg; area, m2; mean_stiffness, N/m. Of a scene without
+tissue they are empty. contact_laws: (body pairs, 2) float64, the scene's k (N/m) and mu (N s/m), NaN where it has
+none. Arrays are read-only views.)");
     add_view(materials, "mass", &Materials::mass);
     add_view(materials, "area", &Materials::area);
     add_view(materials, "mean_stiffness", &Materials::mean_stiffness);

@@ -117,7 +117,8 @@ class BadInput(Case):
         self.refuses(call(FIRST > 0), "vertices_a", "bool")
         self.refuses(call(FIRST[:, :2]), "vertices_a", "(n, 3)", "(4, 2)")
         self.refuses(call(FIRST.ravel()), "vertices_a", "(12,)")
-        self.refuses(call(None), "vertices_a")
+        self.refuses(call(None), "vertices_a", "shape ()")
+        self.refuses(call({}), "vertices_a", "shape ()")
         self.refuses(call([[1, 2, 3], [4, 5]]), "vertices_a")
         self.refuses(call(faces=FACES.astype(float)), "faces_a", "integers", "float64")
         self.refuses(call(faces=FACES[:, :2]), "faces_a", "(4, 2)")
@@ -131,7 +132,9 @@ class BadInput(Case):
         self.refuses(call(detector="ohx"), "detector", "'ohx'")
         self.refuses(call(detector="ohc:cells=9"), "ohc")
         self.refuses(lambda: trocar.detect(FIRST, FACES), "four arrays")
-        self.refuses(lambda: trocar.detect(), "nothing")
+        self.refuses(lambda: trocar.detect(FIRST, FACES, SECOND), "four arrays")
+        self.refuses(lambda: trocar.detect("a.obj", FACES, SECOND, FACES), "vertices_a", "shape ()")
+        self.refuses(lambda: trocar.detect("a.obj", FACES), "four arrays", "str, ndarray")
 
     def test_files(self):
         self.refuses(lambda: trocar.detect("no_such.obj", "no_such.stl"), "no_such.obj")

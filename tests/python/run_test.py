@@ -212,7 +212,11 @@ class Interruption(Case):
         child = subprocess.Popen([sys.executable, "-m", "trocar", "run", "t2t_press", "--ticks", "1000000"],
                                  env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, stderr=subprocess.PIPE,
                                  stdout=subprocess.DEVNULL)
-        time.sleep(3)
+        held = 0
+        while not held & 1 << (signal.SIGINT - 1):  # the run holds it
+            with open(f"/proc/{child.pid}/status") as status:
+                held = next(int(line.split()[1], 16) for line in status if line.startswith("SigBlk"))
+            time.sleep(0.01)
         child.send_signal(signal.SIGINT)
         _, errors = child.communicate(timeout=100)
         self.assertEqual(child.returncode, 130, errors)

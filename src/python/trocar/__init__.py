@@ -9,7 +9,7 @@ docs/PYTHON.md has the whole description.
 
 from __future__ import annotations
 
-import functools
+import collections.abc as _abc
 import hashlib
 import importlib
 import inspect
@@ -22,7 +22,7 @@ import sys
 import tempfile
 import threading
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple, Union
+from typing import TYPE_CHECKING, Any, Callable, Dict, List, Optional, Tuple, Union
 
 import numpy as np
 import numpy.typing as npt
@@ -32,7 +32,7 @@ from ._trocar import (CONTACT, CONTACT_FORCE, FORCE_LAW, Detection, Frame, Input
                       __version__, force_laws, triangles_intersect)
 
 if TYPE_CHECKING:
-    import pandas
+    import pandas as _pandas  # type: ignore
 
 __all__ = [
     "CONTACT", "CONTACT_FORCE", "FORCE_LAW", "Detection", "Detector", "Frame", "InputError", "Materials", "Report",
@@ -71,7 +71,7 @@ class Detector:
     """True: detect also returns the pairs within the query distance; False: such a question ends as `unsupported`."""
     claims_exact: bool = False
     """True: a report calls any difference to the exact pairs an error of this method."""
-    parameters: Mapping[str, Tuple[float, str, str]] = {}
+    parameters: _abc.Mapping[str, Tuple[float, str, str]] = {}
     """{name: (default, unit, meaning)}: settings that `name:key=value` and studies may change."""
 
     def prepare(self, topology: Topology, frame: Frame) -> None:
@@ -89,11 +89,14 @@ class Detector:
 
 
 class Response:
-    """Base of a response written in Python: a prototype, slow, and not to be timed. Objects are made as a Detector's."""
+    """Base of a response written in Python: a prototype, slow, and not to be timed.
 
-    contact_generators: Sequence[str] = ("tracked_proximity",)
+    Objects are made as those of a Detector. An exception of respond is the outcome `threw` of the run.
+    """
+
+    contact_generators: _abc.Sequence[str] = ("tracked_proximity",)
     """Contact generators that it can use, its default first."""
-    parameters: Mapping[str, Tuple[float, str, str]] = {}
+    parameters: _abc.Mapping[str, Tuple[float, str, str]] = {}
     """{name: (default, unit, meaning)}: settings that `name:key=value` and studies may change."""
 
     def prepare(self, topology: Topology, materials: Materials) -> None:
@@ -172,6 +175,10 @@ def _name_of(method: Union[str, type], register: Any) -> str:
     return method
 
 
+def _register_any(name: str, cls: type) -> None:
+    (register_response if callable(getattr(cls, "respond", None)) else register_detector)(name, cls)
+
+
 def _register_named(text: str) -> None:
     """Registers NAME=MODULE:CLASS. Raises InputError."""
     match = re.fullmatch(r"([^=]*)=([^:]*):(.*)", text)
@@ -185,7 +192,7 @@ def _register_named(text: str) -> None:
     except Exception as error:  # whatever the module raises on import
         reason = f"{type(error).__name__}: {error}".split("\n")[0]
         raise InputError(f"--method {text}: expected a class that can be imported, got {reason}") from None
-    (register_response if callable(getattr(cls, "respond", None)) else register_detector)(name, cls)
+    _register_any(name, cls)
 
 
 def _methods_text() -> str:
@@ -197,13 +204,15 @@ def _methods_text() -> str:
 # ---------------------------------------------------------------- detection
 
 
-def detect(*meshes: Any, detector: Union[str, type] = "ohc_clustered", truth: bool = False,
+def detect(vertices_a: Union[npt.ArrayLike, PathLike], faces_a: Union[npt.ArrayLike, PathLike, None] = None,
+           vertices_b: Optional[npt.ArrayLike] = None, faces_b: Optional[npt.ArrayLike] = None,
+           detector: Union[str, type] = "ohc_clustered", truth: bool = False,
            data: Optional[PathLike] = None) -> Detection:
     """All intersecting triangle pairs of two meshes, or of a scene's first frame.
 
-    detect(vertices_a, faces_a, vertices_b, faces_b): vertices (N, 3) numbers in m, faces (T, 3) integers. Floating-point
-    and integer types of any memory layout are accepted and copied.
-    detect(file_a, file_b): two mesh files (OBJ, STL, PLY, OFF, VRML).
+    detect(vertices_a, faces_a, vertices_b, faces_b): vertices (N, 3) numbers of one unit, faces (T, 3) integers.
+    Floating-point and integer types of any memory layout are accepted and copied; others are refused.
+    detect(file_a, file_b): two mesh files (OBJ, STL, PLY, OFF, VRML), in their unit.
     detect(scene): a scene file, or a name of `trocar scenes`. data: folder of its data meshes, else $TROCAR_DATA.
 
     detector: NAME[:key=value,...] or a class (see Detector). truth: compare with the exact pairs.
@@ -213,14 +222,15 @@ def detect(*meshes: Any, detector: Union[str, type] = "ohc_clustered", truth: bo
     this process, which its crash would end. Raises InputError.
     """
     name = _name_of(detector, register_detector)
-    if len(meshes) == 4:
-        return _trocar.detect_arrays(*meshes, name, truth)
-    if len(meshes) not in (1, 2) or not all(isinstance(one, (str, os.PathLike)) for one in meshes):
-        kinds = ", ".join(type(one).__name__ for one in meshes) or "nothing"
-        raise InputError(f"trocar.detect: expected four arrays, two mesh files or one scene, got {kinds}")
-    if len(meshes) == 2:
-        return _trocar.detect_files(meshes[0], meshes[1], name, truth)
-    return _trocar.detect_scene(meshes[0], name, truth, data)
+    if faces_a is not None and vertices_b is not None and faces_b is not None:
+        return _trocar.detect_arrays(vertices_a, faces_a, vertices_b, faces_b, name, truth)
+    if isinstance(vertices_a, (str, os.PathLike)) and vertices_b is None and faces_b is None:
+        if faces_a is None:
+            return _trocar.detect_scene(vertices_a, name, truth, data)
+        if isinstance(faces_a, (str, os.PathLike)):
+            return _trocar.detect_files(vertices_a, faces_a, name, truth)
+    given = [type(one).__name__ for one in (vertices_a, faces_a, vertices_b, faces_b) if one is not None]
+    raise InputError("trocar.detect: expected four arrays, two mesh files or one scene, got " + ", ".join(given))
 
 
 def make_detector(detector: Union[str, type]) -> _trocar.OneDetector:
@@ -257,16 +267,18 @@ class Result:
 
     def __init__(self, record: _trocar.Record) -> None:
         self._record = record
+        self._columns: Optional[Dict[str, npt.NDArray[Any]]] = None
 
-    @functools.cached_property
+    @property
     def columns(self) -> Dict[str, npt.NDArray[Any]]:
         """Per-tick columns by name, (ticks,) read-only views; `outcome` holds words.
 
         A number that is not known is NaN in a column of float64, and -1 in a column of counts.
         """
-        columns = self._record.columns()
-        columns["outcome"] = np.array(_trocar.outcome_words())[columns["outcome"]]
-        return columns
+        if self._columns is None:
+            self._columns = self._record.columns()
+            self._columns["outcome"] = np.array(_trocar.outcome_words())[self._columns["outcome"]]
+        return self._columns
 
     @property
     def units(self) -> Dict[str, str]:
@@ -278,7 +290,7 @@ class Result:
         """Figures of the run by name (`trocar schema figures`); NaN: it does not apply."""
         return self._record.summary
 
-    @functools.cached_property
+    @property
     def facts(self) -> Dict[str, Any]:
         """What was run, as records have it: keys `spec` and `environment`."""
         facts = json.loads(self._record.facts)
@@ -309,7 +321,7 @@ class Result:
         """(N, 3), m: after the last tick. Of a run that was read: (0, 3)."""
         return self._record.positions
 
-    def frame(self) -> pandas.DataFrame:
+    def frame(self) -> _pandas.DataFrame:
         """The ticks as a data frame, units in attrs["units"]. Counts that are not known are <NA>."""
         import pandas
 
@@ -337,8 +349,9 @@ def run(scene: PathLike, detector: Union[str, type] = "ohc_clustered", contacts:
     """Runs a scene in a closed loop, as `trocar run` does, in this process.
 
     scene: file, or a name of `trocar scenes`. detector, response: NAME[:key=value,...] or a class. contacts, stepper,
-    device: as on the command line; empty: the default. ticks: instead of the scene's number. query_distance_margin: mean
-    edges. truth_stride: the exact truth is computed on every n-th tick, 0: never. data: folder of data meshes.
+    device: as on the command line; empty: the default. ticks: instead of the scene's number. query_distance_margin:
+    mean edges. truth_stride: the exact truth is computed on every n-th tick, 0: never. data: folder of data meshes, else
+    $TROCAR_DATA.
 
     The lock of the interpreter is released meanwhile. An interruption ends the run with KeyboardInterrupt. Raises
     InputError; a failure of a method is the result's outcome.
@@ -355,45 +368,47 @@ class Report:
     """The records of a study as data frames, with units in attrs["units"]."""
 
     def __init__(self, directory: PathLike) -> None:
-        self.directory = Path(directory)
-        self._results()
-
-    def _results(self) -> pandas.DataFrame:
         import pandas
+
+        self.directory = Path(directory)
 
         file = self.directory / "results.csv"
         if not file.is_file():
             raise InputError(f"{self.directory}: expected the folder of a report with results.csv, got none")
-        results = pandas.read_csv(file)
-        units = _trocar.metric_units()
-        results.attrs["units"] = {name: units[name] for name in results.columns if name in units}
-        return results
-
-    @functools.cached_property
-    def results(self) -> pandas.DataFrame:
+        try:
+            self.results: _pandas.DataFrame = pandas.read_csv(file)
+        except ValueError as error:
+            reason = str(error).split("\n")[0]
+            raise InputError(f"{file}: expected a table of runs, got {reason}") from None
         """One row per run: what was run, its outcome and its figures. A figure that does not apply is NaN."""
-        return self._results()
+        units = _trocar.metric_units()
+        self.results.attrs["units"] = {name: units[name] for name in self.results.columns if name in units}
+        self._runs: Optional[List[Result]] = None
+        self._ticks: Optional[_pandas.DataFrame] = None
 
-    @functools.cached_property
+    @property
     def runs(self) -> List[Result]:
-        """The records, in the order of results."""
-        return [Result(record) for record in _trocar.read_records(self.directory)]
+        """The records, in the order in which the study made them; Result.run_id is that of results."""
+        if self._runs is None:
+            self._runs = [Result(record) for record in _trocar.read_records(self.directory)]
+        return self._runs
 
-    @functools.cached_property
-    def ticks(self) -> pandas.DataFrame:
+    @property
+    def ticks(self) -> _pandas.DataFrame:
         """The ticks that the records keep, with run_id, scene, detector and response. Unknown counts are <NA>."""
         import pandas
 
-        frames = []
-        for one in self.runs:
-            frame = one.frame()
-            spec = one.facts["spec"]
-            for place, key in enumerate(("run_id", "scene", "detector", "response")):
-                frame.insert(place, key, one.run_id if key == "run_id" else spec[key])
-            frames.append(frame)
-        ticks = pandas.concat(frames, ignore_index=True) if frames else pandas.DataFrame()
-        ticks.attrs["units"] = _trocar.column_units()
-        return ticks
+        if self._ticks is None:
+            frames = []
+            for one in self.runs:
+                frame = one.frame()
+                spec = one.facts["spec"]
+                for place, key in enumerate(("run_id", "scene", "detector", "response")):
+                    frame.insert(place, key, one.run_id if key == "run_id" else spec[key])
+                frames.append(frame)
+            self._ticks = pandas.concat(frames, ignore_index=True) if frames else pandas.DataFrame()
+            self._ticks.attrs["units"] = _trocar.column_units()
+        return self._ticks
 
 
 def read_report(directory: PathLike) -> Report:
@@ -401,14 +416,17 @@ def read_report(directory: PathLike) -> Report:
     return Report(directory)
 
 
-def _json_of_study(study: Mapping[str, Any], output: Path) -> str:
-    """The study with its defaults, and with scene files relative to `output` instead of the working directory."""
+def _json_of_study(study: _abc.Mapping[str, Any], output: Path) -> str:
+    """The study with its defaults, and with scene files and folders of cases relative to `output` instead of the working directory."""
     def placed(text: str) -> str:
         return os.path.relpath(text, output) if ("/" in text or text.endswith(".json")) else text
 
     def visit(value: Any, is_scene: bool) -> Any:
-        if isinstance(value, Mapping):
-            return {key: visit(item, key == "scenes") for key, item in value.items()}
+        if isinstance(value, type):
+            return _name_of(value, _register_any)
+        if isinstance(value, _abc.Mapping):
+            return {key: os.path.relpath(item, output) if key == "cases" and isinstance(item, str)
+                    else visit(item, key == "scenes") for key, item in value.items()}
         if isinstance(value, (list, tuple)):
             return [visit(item, is_scene) for item in value]
         return placed(value) if is_scene and isinstance(value, str) else value
@@ -420,25 +438,35 @@ def _json_of_study(study: Mapping[str, Any], output: Path) -> str:
         raise InputError(f"study: expected values that JSON has, got {error}") from None
 
 
-def study(study: Union[PathLike, Mapping[str, Any]], output: PathLike, jobs: int = 1,
+def study(study: Union[PathLike, _abc.Mapping[str, Any]], output: Optional[PathLike] = None, jobs: int = 1,
           data: Optional[PathLike] = None) -> Report:
-    """Runs a study with its report, as `trocar study` does: every run in a process of its own. Resumes when started again.
+    """Runs a study with its report, as `trocar study` does. Resumes when started again.
+
+    Every run has a process of its own.
 
     study: file, name of one that comes with trocar, or the content as a dict (docs/STUDIES.md). A dict may leave out
     `format` and `name`, is kept in the folder as study.json, and names scene files relative to the working directory.
-    output: folder of records and report. jobs: so many runs side by side, of those that nobody times.
+    output: folder of records and report; None: build/reports/NAME below the working directory. jobs: so many runs side
+    by side, of those that nobody times.
 
-    Registered Python methods take part by their names; their classes must be importable by the processes of the runs.
+    Registered Python methods take part by their names, and classes in a dict as they stand. The processes of the runs
+    import them, so that each must stand in a module.
     An interruption ends the study with KeyboardInterrupt and keeps the finished runs. Raises InputError.
     """
-    output = Path(output)
-    is_dict = isinstance(study, Mapping)
-    file = output / "study.json" if is_dict else Path(_trocar.find_study(study))
-    text = _json_of_study(study, output) if isinstance(study, Mapping) else file.read_text(encoding="utf-8")
+    is_dict = isinstance(study, _abc.Mapping)
+    if isinstance(study, _abc.Mapping):
+        output = Path(output or Path("build", "reports", str(study.get("name", "study"))))
+        file, text = output / "study.json", _json_of_study(study, output)
+    else:
+        file = Path(_trocar.find_study(study))
+        text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""  # the child complains
+        named = re.search(r'"name"\s*:\s*"([^"/]+)"', text)
+        output = Path(output or Path("build", "reports", named.group(1) if named else "study"))
     for name, cls in _registered.items():
         if re.search(rf'"{name}[":]', text) and f"{name}=" not in _methods_text():
             raise InputError(f"method {name}: expected a class of a module, which the processes of a study can import, "
-                             f"got {cls.__module__}.{cls.__qualname__}")
+                             f"got {cls.__module__}.{cls.__qualname__} (in a notebook: begin its cell with "
+                             f"%%writefile {name}.py and import it)")
     made = [folder for folder in (output, *output.parents) if not folder.exists()]
     before = file.read_bytes() if is_dict and file.is_file() else None
     if is_dict:
@@ -481,7 +509,7 @@ def _child_environment() -> Dict[str, str]:
     return {**os.environ, "PYTHONPATH": path, _methods_variable: _methods_text()}
 
 
-def _main(words: List[str], run_words: Any) -> int:
+def _main(words: List[str], run_words: Callable[[List[str]], int]) -> int:
     """A command line with the methods of --method NAME=MODULE:CLASS before the first other word."""
     try:
         for text in filter(None, os.environ.get(_methods_variable, "").split(",")):

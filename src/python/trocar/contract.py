@@ -13,7 +13,7 @@ def _run(words: "list[str]") -> int:
     try:
         from trocar import _contract
     except ImportError:
-        print("trocar: contract tests: expected a build with tests, got one without", file=sys.stderr)
+        print("trocar: contract tests: expected the target trocar_python_contract, got a build without it", file=sys.stderr)
         return 2
     return _contract.run_contract_tests(["trocar.contract", *words], trocar._share())
 

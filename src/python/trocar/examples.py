@@ -64,7 +64,7 @@ class Springs(trocar.Response):
         laws = trocar.force_laws(len(contacts))
         if len(contacts) == 0:
             return laws
-        # Bodies are sorted (instrument, rigid, tissue): b is the softer one and is pushed along the normal, from a to b.
+        # Bodies are sorted (instrument, rigid, tissue): b is the softer one and is pushed along the normal.
         kind_a, kind_b = self.kind[contacts["body_a"]], self.kind[contacts["body_b"]]
         push_b = kind_b != "rigid"
 
