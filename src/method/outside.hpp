@@ -16,8 +16,8 @@ public:
     explicit OutsideMethod(void (*add)(Registry&));
 };
 
-/// Adds a method at any time, or replaces the one of this name that came from outside. References to entries of its
-/// kind become invalid, so that no run may be under way. Throws InputError when a method of trocar has the name.
+/// Adds a method at any time, or replaces the one that was added here under this name. References to entries of its
+/// kind become invalid, so that no run may be under way. Throws InputError when another method has the name.
 void add_outside_method(DetectorEntry entry);
 void add_outside_method(ResponseEntry entry);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -177,27 +178,26 @@ Registry& filled_registry() {
 }
 
 template <typename Entry>
-void add_or_replace(const std::vector<Entry>& present, Entry entry) {
-    Registry& all = filled_registry();
-    std::vector<std::string>& names = outside().names;
+void add_or_replace(Entry entry) {
+    static std::set<std::string> added;
     const std::string name = entry.name;
-    const bool is_outside = std::find(names.begin(), names.end(), name) != names.end();
-    if (is_outside && find(present, name) != nullptr) {
-        all.replace(std::move(entry));
+    if (added.contains(name)) {
+        filled_registry().replace(std::move(entry));
         return;
     }
     try {
-        all.add(std::move(entry));
+        filled_registry().add(std::move(entry));
     } catch (const std::logic_error& error) {
         throw InputError("methods of this program", "", "names that no other method has", error.what());
     }
-    names.push_back(name);
+    added.insert(name);
+    outside().names.push_back(name);
 }
 
 }  // namespace
 
-void add_outside_method(DetectorEntry entry) { add_or_replace(registry().detectors(), std::move(entry)); }
-void add_outside_method(ResponseEntry entry) { add_or_replace(registry().responses(), std::move(entry)); }
+void add_outside_method(DetectorEntry entry) { add_or_replace(std::move(entry)); }
+void add_outside_method(ResponseEntry entry) { add_or_replace(std::move(entry)); }
 
 const std::vector<std::string>& outside_methods() {
     registry();

@@ -163,7 +163,7 @@ private:
 }  // namespace
 
 void add_detection(py::module_& module) {
-    py::class_<Detection> detection(module, "Detection", plain_class(), R"(Answer of a detector on one frame.
+    py::class_<Detection> detection(module, "Detection", R"(Answer of a detector on one frame.
 
 pairs: (n, 2) int32, sorted. touches: (n,) bool, True where two triangles only touch. counters: dict of deterministic
 work. outcome: ok, or how the detector failed; message: one sentence on it. truncated: a limit cut the list.
@@ -195,7 +195,7 @@ Arrays are read-only views, which keep the answer alive.)");
     module.def("triangles_intersect", &intersecting, py::arg("corners_a"), py::arg("corners_b"),
                "Exact test of pairs of closed triangles: (n, 3, 3) float64 corners each, finite; returns (n,) bool.");
 
-    py::class_<OneDetector> one(module, "OneDetector", plain_class(),
+    py::class_<OneDetector> one(module, "OneDetector",
                                 R"(A detector, a call at a time; trocar.make_detector.
 
 prepare once, then update and detect for every frame. query_distance: m. detect returns (pairs, near), (n, 2) int32

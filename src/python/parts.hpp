@@ -3,11 +3,9 @@
 
 #include <pybind11/pybind11.h>
 
-#include <atomic>
+#include <filesystem>
 #include <optional>
 #include <string>
-
-#include "app/run_choice.hpp"
 
 namespace trocar::python {
 
@@ -19,22 +17,22 @@ void add_simulation(py::module_& module);  ///< runs, ticks, records
 void add_methods(py::module_& module);     ///< methods written in Python
 void add_program(py::module_& module);     ///< the command line
 
-/// Python's own metaclass instead of pybind11's, which type stubs could not name.
-inline py::metaclass plain_class() { return py::metaclass(reinterpret_cast<PyObject*>(&PyType_Type)); }
-
 /// Releases the interpreter's lock during a computation. No method may be registered meanwhile.
 class Computing {
 public:
-    Computing() { ++count_; }
-    ~Computing() { --count_; }
-    Computing(const Computing&) = delete;
-    Computing& operator=(const Computing&) = delete;
-    Computing(Computing&&) = delete;
-    Computing& operator=(Computing&&) = delete;
-    static bool is_any() { return count_ > 0; }
+    static bool is_any() { return Counted::count > 0; }
 
 private:
-    static inline std::atomic<int> count_ = 0;
+    struct Counted {
+        Counted() { ++count; }
+        ~Counted() { --count; }
+        Counted(const Counted&) = delete;
+        Counted& operator=(const Counted&) = delete;
+        Counted(Counted&&) = delete;
+        Counted& operator=(Counted&&) = delete;
+        static inline int count = 0;
+    };
+    Counted counted_;  ///< first, so that it changes under the lock
     py::gil_scoped_release released_;
 };
 

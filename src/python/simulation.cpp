@@ -286,7 +286,7 @@ std::optional<std::filesystem::path> data_folder(const OptionalPath& given) {
 }
 
 void add_simulation(py::module_& module) {
-    py::class_<StepRow> row(module, "Tick", plain_class(),
+    py::class_<StepRow> row(module, "Tick",
                             R"(One tick as a mapping from column to value; dict(tick) has them all.
 
 Names and units are those of trocar.Result.columns. A number that is not known is NaN, a count -1.)");
@@ -299,7 +299,7 @@ Names and units are those of trocar.Result.columns. A number that is not known i
     });
     row.def("__iter__", [](const py::object& self) { return py::iter(self.attr("keys")()); });
 
-    py::class_<Run, std::shared_ptr<Run>> record(module, "Record", plain_class());
+    py::class_<Run, std::shared_ptr<Run>> record(module, "Record");
     record.def("columns", [](const py::object& self) { return columns_of(self.cast<const Run&>().record.rows, self); });
     record.def_property_readonly("facts", &facts_of_run);
     record.def_property_readonly("run_id", [](const Run& run) { return run_id(run.record.spec); });
@@ -326,7 +326,7 @@ Names and units are those of trocar.Result.columns. A number that is not known i
         return words;
     });
 
-    py::class_<SteppedSimulation> simulation(module, "Simulation", plain_class());
+    py::class_<SteppedSimulation> simulation(module, "Simulation");
     simulation.def(py::init(&make_simulation), py::arg("scene"), py::arg("detector"), py::arg("contacts"),
                    py::arg("response"), py::arg("stepper"), py::arg("device"), py::arg("query_distance_margin"),
                    py::arg("data"));

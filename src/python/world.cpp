@@ -54,7 +54,7 @@ SharedFrame make_frame(const py::object& positions, const py::object& previous, 
 }  // namespace
 
 void add_world(py::module_& module) {
-    py::class_<Topology, SharedTopology> topology(module, "Topology", plain_class(),
+    py::class_<Topology, SharedTopology> topology(module, "Topology",
                                                   R"(Triangles and bodies of a run, which stay the same.
 
 vertex_count. triangles: (T, 3) int32, vertex numbers, counter-clockwise seen from outside. body_of_triangle: (T,)
@@ -72,7 +72,7 @@ int32. body_pairs: (n, 2) int32, the bodies that are tested against each other. 
         return view_of(py::dtype::of<Index>(), {static_cast<py::ssize_t>(pairs.size()), 2}, {}, pairs.data(), self);
     });
 
-    py::class_<Frame, SharedFrame> frame(module, "Frame", plain_class(), R"(Positions at one tick.
+    py::class_<Frame, SharedFrame> frame(module, "Frame", R"(Positions at one tick.
 
 positions: (N, 3) float64, m, world; previous: the same a tick before; velocities: m/s. tick; time: s. moved: slices
 of the vertices that may have changed since the last tick; None: unknown. Arrays are read-only views. Frame(positions,
@@ -91,7 +91,7 @@ previous) copies; without previous nothing has moved.)");
         return ranges;
     });
 
-    py::class_<Materials, SharedMaterials> materials(module, "Materials", plain_class(),
+    py::class_<Materials, SharedMaterials> materials(module, "Materials",
                                                      R"(Material data that a response may use.
 
 Per vertex, (N,) float64, 0 where there is no tissue: mass, kg; area, m2; mean_stiffness, N/m. Of a scene without

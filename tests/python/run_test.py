@@ -12,6 +12,20 @@ from support import Case, json_of, python
 
 
 class Run(Case):
+    def test_methods_cannot_join_during_a_run(self):
+        from leaky import Leaky
+        thread = threading.Thread(target=trocar.run, args=("t2t_press",), kwargs={"ticks": 300})
+        thread.start()
+        refused = 0
+        while thread.is_alive() and not refused:
+            try:
+                trocar.register_detector(f"late_{time.monotonic_ns()}", Leaky)
+            except trocar.InputError as error:
+                refused += "under way" in str(error)
+        thread.join()
+        self.assertEqual(refused, 1)
+        trocar.register_detector("late", Leaky)
+
     def test_is_the_run_of_the_program(self):
         expected = json_of("run", "i2t_stab", "--ticks", "120", "--response", "penalty", "--detector", "ohc")
         result = trocar.run("i2t_stab", ticks=120, response="penalty", detector="ohc")
@@ -160,6 +174,13 @@ class Simulation(Case):
             stop.set()
             thread.join()
         self.assertGreater(grown, 0)
+
+    def test_a_subclass_that_forgets_its_base_is_refused(self):
+        class Forgets(trocar.Simulation):
+            def __init__(self):
+                pass
+        with self.assertRaises(TypeError):
+            Forgets()
 
     def test_two_threads_cannot_step_at_once(self):
         simulation = trocar.Simulation("t2t_press")

@@ -258,7 +258,7 @@ class Simulation(_trocar.Simulation):
     def __init__(self, scene: PathLike, detector: Union[str, type] = "ohc_clustered", contacts: str = "",
                  response: Union[str, type] = "unilateral", stepper: str = "", device: str = "",
                  query_distance_margin: Optional[float] = None, data: Optional[PathLike] = None) -> None:
-        super().__init__(scene, _name_of(detector, register_detector), contacts,
+        super().__init__(os.fspath(scene), _name_of(detector, register_detector), contacts,
                          _name_of(response, register_response), stepper, device, query_distance_margin, data)
 
 
@@ -356,7 +356,7 @@ def run(scene: PathLike, detector: Union[str, type] = "ohc_clustered", contacts:
     The lock of the interpreter is released meanwhile. An interruption ends the run with KeyboardInterrupt. Raises
     InputError; a failure of a method is the result's outcome.
     """
-    return Result(_trocar.run(scene, _name_of(detector, register_detector), contacts,
+    return Result(_trocar.run(os.fspath(scene), _name_of(detector, register_detector), contacts,
                               _name_of(response, register_response), stepper, device, ticks, query_distance_margin,
                               truth_stride, data))
 
@@ -458,7 +458,7 @@ def study(study: Union[PathLike, _abc.Mapping[str, Any]], output: Optional[PathL
         output = Path(output or Path("build", "reports", str(study.get("name", "study"))))
         file, text = output / "study.json", _json_of_study(study, output)
     else:
-        file = Path(_trocar.find_study(study))
+        file = Path(_trocar.find_study(os.fspath(study)))
         text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""  # the child complains
         named = re.search(r'"name"\s*:\s*"([^"/]+)"', text)
         output = Path(output or Path("build", "reports", named.group(1) if named else "study"))

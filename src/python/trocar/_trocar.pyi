@@ -13,7 +13,9 @@ FORCE_LAW: np.dtype[Any]
 
 class InputError(ValueError): ...
 
-class Topology:
+class _Metaclass(type): ...  # pybind11's, which wants every base to be initialised
+
+class Topology(metaclass=_Metaclass):
     def __init__(self, *args: Any, **kwargs: Any) -> None: ...  # raises TypeError
     @property
     def vertex_count(self) -> int: ...
@@ -26,7 +28,7 @@ class Topology:
     @property
     def body_pairs(self) -> npt.NDArray[np.int32]: ...
 
-class Frame:
+class Frame(metaclass=_Metaclass):
     def __init__(self, positions: npt.ArrayLike, previous: Optional[npt.ArrayLike] = ..., tick: int = ...,
                  time: float = ...) -> None: ...
     @property
@@ -42,7 +44,7 @@ class Frame:
     @property
     def moved(self) -> Optional[List[slice]]: ...
 
-class Materials:
+class Materials(metaclass=_Metaclass):
     def __init__(self, *args: Any, **kwargs: Any) -> None: ...  # raises TypeError
     @property
     def mass(self) -> npt.NDArray[np.float64]: ...
@@ -53,7 +55,7 @@ class Materials:
     @property
     def contact_laws(self) -> npt.NDArray[np.float64]: ...
 
-class Detection:
+class Detection(metaclass=_Metaclass):
     def __init__(self, *args: Any, **kwargs: Any) -> None: ...  # raises TypeError
     @property
     def pairs(self) -> npt.NDArray[np.int32]: ...
@@ -76,20 +78,20 @@ class Detection:
     @property
     def false_positives(self) -> Optional[int]: ...
 
-class OneDetector:
+class OneDetector(metaclass=_Metaclass):
     def __init__(self, name: str) -> None: ...
     def prepare(self, topology: Topology, frame: Frame) -> None: ...
     def update(self, frame: Frame, query_distance: float = ...) -> None: ...
     def detect(self, frame: Frame) -> Tuple[npt.NDArray[np.int32], npt.NDArray[np.int32]]: ...
 
-class Tick:
+class Tick(metaclass=_Metaclass):
     def __init__(self, *args: Any, **kwargs: Any) -> None: ...  # raises TypeError
     def __getitem__(self, name: str) -> Any: ...
     def __iter__(self) -> Iterator[str]: ...
     def __len__(self) -> int: ...
     def keys(self) -> List[str]: ...
 
-class Record:
+class Record(metaclass=_Metaclass):
     def __init__(self, *args: Any, **kwargs: Any) -> None: ...  # raises TypeError
     def columns(self) -> Dict[str, npt.NDArray[Any]]: ...
     @property
@@ -107,7 +109,7 @@ class Record:
     @property
     def positions(self) -> npt.NDArray[np.float64]: ...
 
-class Simulation:
+class Simulation(metaclass=_Metaclass):
     def __init__(self, scene: _Path, detector: str, contacts: str, response: str, stepper: str, device: str,
                  query_distance_margin: Optional[float], data: Optional[_Path]) -> None: ...
     def step(self) -> Tick: ...
