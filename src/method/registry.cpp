@@ -28,7 +28,7 @@ const Entry* find(const std::vector<Entry>& entries, std::string_view name) {
 }
 
 template <typename Entry>
-void replace_in(std::vector<Entry>& entries, Entry&& entry) {
+void replace_in(std::vector<Entry>& entries, Entry entry) {
     const auto place =
         std::find_if(entries.begin(), entries.end(), [&entry](const Entry& one) { return one.name == entry.name; });
     *place = std::move(entry);

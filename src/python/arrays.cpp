@@ -36,7 +36,7 @@ using Rows = py::array_t<Number, py::array::c_style | py::array::forcecast>;
 template <typename Number>
 Rows<Number> rows_of(const py::array& array) {
     if (py::isinstance<Rows<Number>>(array)) return py::reinterpret_borrow<Rows<Number>>(array);
-    const auto rows = Rows<Number>::ensure(array);
+    auto rows = Rows<Number>::ensure(array);
     if (!rows) throw py::error_already_set();
     return rows;
 }

@@ -9,6 +9,7 @@ namespace {
 
 int run_contract_tests(std::vector<std::string> words, const std::filesystem::path& share) {
     std::vector<char*> arguments;
+    arguments.reserve(words.size() + 1);
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
     return trocar::test::run_contract_tests(static_cast<int>(words.size()), arguments.data(), share, {});

@@ -37,7 +37,7 @@ std::string text_of(const py::error_already_set& error) {
 class Instance {
 public:
     explicit Instance(py::object object) : object_(std::move(object)) {}
-    ~Instance() {
+    ~Instance() {  // NOLINT(bugprone-exception-escape): the interpreter ends the process instead
         const py::gil_scoped_acquire held;
         object_ = py::object();
     }

@@ -15,6 +15,7 @@ namespace {
 int run_program(std::vector<std::string> words, const std::filesystem::path& share,
                 const std::vector<std::string>& command) {
     std::vector<char*> arguments;
+    arguments.reserve(words.size() + 1);
     for (std::string& word : words) arguments.push_back(word.data());
     arguments.push_back(nullptr);
     return app::run_program(static_cast<int>(words.size()), arguments.data(), share, command);

@@ -138,7 +138,7 @@ std::shared_ptr<Run> run(const std::filesystem::path& file, const std::string& d
                          std::int64_t truth_stride, const OptionalPath& data) {
     app::check_ticks(ticks);
     if (truth_stride < 0) throw InputError("truth_stride", "", "an integer >= 0", fmt::format("{}", truth_stride));
-    const auto result = std::make_shared<Run>();
+    auto result = std::make_shared<Run>();
     Interruption interruption;
     {
         const Computing computing;

@@ -14,6 +14,16 @@ FIRST = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], dtype=float)
 SECOND = np.array([[0.2, 0.2, 1.4], [0.2, 1.2, 1.4], [1.2, 0.2, 1.4], [0.2, 0.2, 0.4]])
 
 
+def write_meshes(folder, *names):
+    files = []
+    for name, points in zip(names, (FIRST, SECOND)):
+        files.append(os.path.join(folder, name))
+        with open(files[-1], "w") as file:
+            file.writelines("v {} {} {}\n".format(*point) for point in points)
+            file.writelines("f {} {} {}\n".format(*face) for face in FACES + 1)
+    return files
+
+
 class Tetrahedra(Case):
     def test_pairs_are_those_of_the_library_page(self):
         for detector in ("ohc", "ohc_clustered", "brute_force"):
@@ -59,12 +69,7 @@ class Tetrahedra(Case):
 class Programs(Case):
     def test_files_have_the_answer_of_the_program(self):
         with tempfile.TemporaryDirectory() as folder:
-            files = []
-            for name, points in (("a.obj", FIRST), ("b.obj", SECOND)):
-                files.append(os.path.join(folder, name))
-                with open(files[-1], "w") as file:
-                    file.writelines("v {} {} {}\n".format(*point) for point in points)
-                    file.writelines("f {} {} {}\n".format(*face) for face in FACES + 1)
+            files = write_meshes(folder, "a.obj", "b.obj")
             expected = json_of("detect", *files, "--truth")["detectors"][0]
             found = trocar.detect(*files, detector="ohc", truth=True)
             self.assertEqual(found.pairs.tolist(), expected["pairs"])

@@ -280,6 +280,10 @@ class Result:
             self._columns["outcome"] = np.array(_trocar.outcome_words())[self._columns["outcome"]]
         return self._columns
 
+    def __getitem__(self, name: str) -> npt.NDArray[Any]:
+        """The column of that name."""
+        return self.columns[name]
+
     @property
     def units(self) -> Dict[str, str]:
         """Units of the columns: SI or ns; 1: a pure number; empty: a flag or a word."""
