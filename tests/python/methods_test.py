@@ -91,6 +91,15 @@ class Detectors(Case):
                 return []
         self.assertEqual(trocar.detect("i2t_deep_start", detector=NoBase).outcome, "ok")
 
+    def test_a_detector_and_a_response_may_share_a_name(self):
+        trocar.register_detector("shared", trocar.examples.Boxes)
+        trocar.register_response("shared", trocar.examples.Springs)
+        result = trocar.run("i2t_deep_start", detector="shared", response="none", contacts="intersection", ticks=3)
+        self.assertEqual(result.outcome, "ok")
+        result = trocar.run("i2t_deep_start", response="shared:k=2000", ticks=3)
+        self.assertEqual((result.outcome, result.facts["spec"]["response"]), ("ok", "shared:k=2000"))
+        self.refuses(lambda: trocar.run("i2t_deep_start", response="shared:kk=1"), "kk")
+
     def test_the_same_name_again_replaces_the_class(self):
         class Again(trocar.Detector):
             def detect(self, frame):

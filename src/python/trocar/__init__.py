@@ -112,8 +112,8 @@ class Response:
         raise NotImplementedError
 
 
-_registered: Dict[str, type] = {}
-_versions: Dict[str, str] = {}
+_registered: Dict[Tuple[str, str], Tuple[type, str]] = {}
+"""Class and version by kind and name."""
 
 
 def _version_of(cls: type) -> str:
@@ -133,23 +133,22 @@ def _version_of(cls: type) -> str:
 
 
 def _register(name: str, cls: type, call: str, parent: type) -> None:
-    what = f"trocar.register_{parent.__name__.lower()}"
+    kind = parent.__name__.lower()
+    what = f"trocar.register_{kind}"
     if not (isinstance(name, str) and re.fullmatch("[a-z][a-z0-9_]*", name)):
         raise InputError(f"{what}: expected a name of lower-case letters, digits and _, got {name!r}")
     if not (isinstance(cls, type) and callable(getattr(cls, call, None))):
         raise InputError(f"{what}: {name}: expected a class with a method {call}, got {cls!r}")
     version = _version_of(cls)
-    if _registered.get(name) is cls and _versions.get(name) == version:
+    if _registered.get((kind, name)) == (cls, version):
         return
-    if not issubclass(cls, parent):
-        cls = type(cls.__name__, (cls, parent), {"__module__": cls.__module__, "__qualname__": cls.__qualname__})
+    whole = cls if issubclass(cls, parent) else type(cls.__name__, (cls, parent), {})
     try:
-        (_trocar.register_detector if parent is Detector else _trocar.register_response)(name, cls, version)
+        (_trocar.register_detector if parent is Detector else _trocar.register_response)(name, whole, version)
     except (TypeError, RuntimeError) as error:
         raise InputError(f"{what}: {name}: expected attributes as those of trocar.{parent.__name__}, got {error}"
                          .split("\n")[0]) from None
-    _registered[name] = cls
-    _versions[name] = version
+    _registered[kind, name] = cls, version
 
 
 def register_detector(name: str, cls: type) -> None:
@@ -197,7 +196,7 @@ def _register_named(text: str) -> None:
 
 def _methods_text() -> str:
     """The registered methods that a child process can import, as _methods_variable."""
-    return ",".join(f"{name}={cls.__module__}:{cls.__qualname__}" for name, cls in _registered.items()
+    return ",".join(f"{name}={cls.__module__}:{cls.__qualname__}" for (_, name), (cls, _) in _registered.items()
                     if cls.__module__ != "__main__" and "<locals>" not in cls.__qualname__)
 
 
@@ -466,8 +465,8 @@ def study(study: Union[PathLike, _abc.Mapping[str, Any]], output: Optional[PathL
         text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""  # the child complains
         named = re.search(r'"name"\s*:\s*"([^"/]+)"', text)
         output = Path(output or Path("build", "reports", named.group(1) if named else "study"))
-    for name, cls in _registered.items():
-        if re.search(rf'"{name}[":]', text) and f"{name}=" not in _methods_text():
+    for (_, name), (cls, _) in _registered.items():
+        if re.search(rf'"{name}[":]', text) and f"{name}={cls.__module__}:" not in _methods_text():
             raise InputError(f"method {name}: expected a class of a module, which the processes of a study can import, "
                              f"got {cls.__module__}.{cls.__qualname__} (in a notebook: begin its cell with "
                              f"%%writefile {name}.py and import it)")
