@@ -5,6 +5,7 @@
 #   ./run.sh --baselines [command …]      the same with the optional baseline libraries installed and built, the one under
 #                                         the GPL too (do not give that binary away)
 #   ./run.sh --baselines study bench/studies/detection.json   all detectors in turns on generated scenes
+#   ./run.sh --python                     the Python module: builds it and prints the line that imports it
 #   ./run.sh docs                         the texts of docs as pages in build/docs
 set -euo pipefail
 caller=$PWD
@@ -20,6 +21,12 @@ if [ "${1:-}" = docs ]; then
     install_missing "${docs_packages[@]}" >&2
     exec mkdocs build --strict --quiet -f docs/mkdocs.yml
 fi
+python=
+if [ "${1:-}" = --python ]; then
+    python=yes
+    shift
+    [ $# -eq 0 ] || { echo "run.sh: --python: expected nothing after it, got '$1'" >&2; exit 2; }
+fi
 {
     install_missing "${base_packages[@]}"
     gpl=OFF
@@ -28,9 +35,19 @@ fi
         gpl=ON
     fi
     find_data
-    configure release -DTROCAR_GPL=$gpl
-    build release trocar_program
+    if [ -n "$python" ]; then
+        install_missing "${python_packages[@]}"
+        configure release -DTROCAR_GPL=$gpl -DTROCAR_PYTHON=ON
+        build release trocar_python
+    else
+        configure release -DTROCAR_GPL=$gpl
+        build release trocar_program
+    fi
 } >&2
+if [ -n "$python" ]; then
+    echo "PYTHONPATH=$PWD/build/release/lib/python3/dist-packages /usr/bin/python3 -c 'import trocar; print(trocar.__version__)'"
+    exit 0
+fi
 program=$PWD/build/release/bin/trocar
 if [ $# -eq 0 ]; then
     say "default study" >&2

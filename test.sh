@@ -100,10 +100,15 @@ install_missing "${base_packages[@]}"
 [ "$mode" != full ] || install_missing "${full_packages[@]}" "${baseline_packages[@]}"
 [ "$mode" != fuzz ] || install_missing "${fuzz_packages[@]}"
 find_data
+# The Python module is tested where its packages are.
+python=ON
+for package in "${python_packages[@]}"; do
+    is_installed "$package" || python=OFF
+done
 started=$SECONDS
 
 if [ "$mode" = tests ] || [ "$mode" = full ]; then
-    configure release
+    configure release -DTROCAR_PYTHON=$python
     build release
     run_tests release -LE long
 fi
@@ -125,7 +130,7 @@ fi
 if [ "$mode" = checks ] || [ "$mode" = full ]; then
     install_missing "${check_packages[@]}"
 
-    configure release
+    configure release -DTROCAR_PYTHON=$python
     build release
     run_tests release -L long
 

@@ -8,6 +8,8 @@ base_packages=(
     libfcl-dev libccd-dev libode-dev
     libgtest-dev libbenchmark-dev
 )
+# The Python module (./run.sh --python, ./test.sh).
+python_packages=(pybind11-dev python3-dev python3-numpy python3-pandas)
 # Optional baselines (./run.sh --baselines): several hundred megabytes, no default figure needs them.
 baseline_packages=(libembree-dev libbullet-dev libcgal-dev)
 # ./run.sh docs
@@ -17,21 +19,25 @@ check_packages=(clang-format-14 clang-tidy-14)
 # ./test.sh fuzz; llvm-16 names the places of a find
 fuzz_packages=(clang-16 libclang-rt-16-dev llvm-16 python3)
 # ./test.sh full; those behind the compiler read what trocar writes for others: VTK the exports, LaTeX the tables, R and
-# pandas the CSV, compare.py the times; a browser opens the pages, Slurm runs a study in shards
+# pandas the CSV, compare.py the times; a browser opens the pages, Slurm runs a study in shards, Jupyter the notebook, mypy
+# reads the type stubs
 full_packages=(
-    "${fuzz_packages[@]}"
-    python3-vtk9 texlive-latex-base texlive-latex-recommended r-base-core python3-pandas
+    "${fuzz_packages[@]}" "${python_packages[@]}"
+    python3-vtk9 texlive-latex-base texlive-latex-recommended r-base-core
     libbenchmark-tools python3-scipy
+    python3-nbclient python3-ipykernel python3-matplotlib mypy
     chromium chromium-driver
     slurmctld slurmd slurm-client munge
 )
 
 say() { printf '\n== %s\n' "$*"; }
 
+is_installed() { dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q 'install ok installed'; }
+
 install_missing() {
     local missing=() package
     for package in "$@"; do
-        dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
+        is_installed "$package" || missing+=("$package")
     done
     [ ${#missing[@]} -eq 0 ] && return 0
     say "installing ${missing[*]}"

@@ -12,6 +12,7 @@
 #include <functional>
 #include <string>
 #include <system_error>
+#include <vector>
 
 #include "app/commands.hpp"
 #include "app/program.hpp"
@@ -124,8 +125,9 @@ void check_text(CLI::Option& option) {
 }
 
 /// Throws what the command throws.
-int run_command(int argc, char** argv) {
+int run_command(int argc, char** argv, const std::vector<std::string>& program) {
     CommandLine line;
+    line.common.program = program;
     line.app.require_subcommand(1);
     line.app.footer(exit_status_text);
     line.app.set_version_flag("--version", TROCAR_VERSION);
@@ -482,10 +484,11 @@ int run_command(int argc, char** argv) {
 
 }  // namespace
 
-int trocar::app::run_program(int argc, char** argv, const std::filesystem::path& share) {
+int trocar::app::run_program(int argc, char** argv, const std::filesystem::path& share,
+                             const std::vector<std::string>& program) {
     add_shipped_root(share);
     try {
-        return run_command(argc, argv);
+        return run_command(argc, argv, program);
     } catch (const trocar::InputError& error) {
         complain("", error.what());
         return bad_input;

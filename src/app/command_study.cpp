@@ -226,7 +226,8 @@ RunnerResult run_study(const Study& study, const std::vector<PlannedRun>& plan, 
     runner.directory = directory;
     runner.timed = timed;
     runner.shard = options.shard ? read_shard(*options.shard).number : 1;
-    runner.child_command = {"/proc/self/exe", "study", options.file.string()};
+    runner.child_command = common.program;
+    runner.child_command.insert(runner.child_command.end(), {"study", options.file.string()});
     if (common.data) {
         runner.child_command.emplace_back("--data");
         runner.child_command.push_back(common.data->string());

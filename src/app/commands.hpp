@@ -19,6 +19,7 @@ enum ExitStatus : int { done = 0, comparison_failed = 1, bad_input = 2, method_f
 struct CommonOptions {
     bool json = false;                               ///< one JSON document on stdout, messages on stderr
     std::optional<std::filesystem::path> data = {};  ///< --data, else $TROCAR_DATA
+    std::vector<std::string> program = {};           ///< command that starts this program again
 };
 
 struct MeshOptions {

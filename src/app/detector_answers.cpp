@@ -65,7 +65,6 @@ void read_first_finite(const AskedFrames& frames, Frame& frame) {
 
 /// All frames through one detector, as bytes: this runs in the child.
 std::string answer_bytes(const MethodSpec& method, const AskedFrames& frames) {
-    using Clock = std::chrono::steady_clock;
     std::string bytes;
     ContactSet contacts;
     Frame frame;
@@ -80,31 +79,17 @@ std::string answer_bytes(const MethodSpec& method, const AskedFrames& frames) {
     }
     for (std::int64_t tick = 0; tick < frames.count; ++tick) {
         frames.read(tick, frame);
-        contacts.clear();
-        contacts.outcome = prepared;
-        Clock::time_point start;
-        Clock::time_point updated;
-        Clock::time_point detected;
-        if (prepared.ok()) {
-            try {
-                start = Clock::now();
-                detector->update(frame, 0.0);
-                updated = Clock::now();
-                detector->detect(frame, contacts);
-                detected = Clock::now();
-            } catch (const std::exception& error) {
-                contacts.outcome = {OutcomeKind::threw, error.what()};
-            }
-        }
-        const std::string& message = contacts.outcome.message;
-        append(contacts.outcome.kind, bytes);
+        FrameAnswer answer{.outcome = prepared};
+        if (prepared.ok()) answer = answer_here(*detector, frame, contacts);
+        const std::string& message = answer.outcome.message;
+        append(answer.outcome.kind, bytes);
         append_list(std::vector<char>(message.begin(), message.end()), bytes);
-        append(contacts.truncated, bytes);
-        append(std::int64_t{std::chrono::nanoseconds(updated - start).count()}, bytes);
-        append(std::int64_t{std::chrono::nanoseconds(detected - updated).count()}, bytes);
-        if (!contacts.outcome.ok()) continue;
-        append_list(contacts.pairs, bytes);
-        append_list(contacts.swept, bytes);
+        append(answer.truncated, bytes);
+        append(answer.update_ns, bytes);
+        append(answer.detect_ns, bytes);
+        if (!answer.outcome.ok()) continue;
+        append_list(answer.pairs, bytes);
+        append_list(answer.swept, bytes);
     }
     return bytes;
 }
@@ -138,6 +123,29 @@ std::vector<MethodSpec> detectors_named(const std::string& text) {
 
 void check_time_limit(double seconds) {
     if (!(seconds > 0.0)) throw InputError("command line", "--time-limit", "seconds > 0", fmt::format("{}", seconds));
+}
+
+FrameAnswer answer_here(Detector& detector, const Frame& frame, ContactSet& contacts) {
+    using Clock = std::chrono::steady_clock;
+    contacts.clear();
+    FrameAnswer answer;
+    try {
+        const Clock::time_point start = Clock::now();
+        detector.update(frame, 0.0);
+        const Clock::time_point updated = Clock::now();
+        detector.detect(frame, contacts);
+        const Clock::time_point detected = Clock::now();
+        answer.update_ns = std::chrono::nanoseconds(updated - start).count();
+        answer.detect_ns = std::chrono::nanoseconds(detected - updated).count();
+    } catch (const std::exception& error) {
+        contacts.outcome = {OutcomeKind::threw, error.what()};
+    }
+    answer.outcome = contacts.outcome;
+    answer.truncated = contacts.truncated;
+    if (!answer.outcome.ok()) return answer;
+    answer.pairs = contacts.pairs;
+    answer.swept = contacts.swept;
+    return answer;
 }
 
 DetectorAnswer ask(const MethodSpec& method, const AskedFrames& frames, double time_limit_s) {

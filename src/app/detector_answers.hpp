@@ -20,14 +20,14 @@ namespace trocar::app {
 
 /// One detector on one frame.
 struct FrameAnswer {
-    Outcome outcome;
+    Outcome outcome = {};
     bool truncated = false;
-    std::vector<TrianglePair> pairs;
-    std::vector<Index> touch;  ///< positions in pairs
-    std::vector<SweptContact> swept;
+    std::vector<TrianglePair> pairs = {};
+    std::vector<Index> touch = {};  ///< positions in pairs
+    std::vector<SweptContact> swept = {};
     std::int64_t update_ns = -1;  ///< below 0: nobody was timed
     std::int64_t detect_ns = -1;
-    std::optional<PairErrors> errors;
+    std::optional<PairErrors> errors = {};
 };
 
 struct DetectorAnswer {
@@ -49,6 +49,10 @@ std::vector<MethodSpec> detectors_named(const std::string& text);
 
 /// Throws InputError unless `seconds` (--time-limit) is positive.
 void check_time_limit(double seconds);
+
+/// One update and detection in this process, by a prepared detector. `contacts` receives the answer. An exception
+/// becomes the outcome `threw`.
+FrameAnswer answer_here(Detector& detector, const Frame& frame, ContactSet& contacts);
 
 /// One update and detection per frame, after preparation on the first finite one.
 DetectorAnswer ask(const MethodSpec& method, const AskedFrames& frames, double time_limit_s);

@@ -35,9 +35,13 @@ std::string script_head(const std::string& name, const std::filesystem::path& lo
     return fmt::format("#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --output=\"{}\"\n", name, log.string());
 }
 
-std::string command_head() {
-    return fmt::format("cd {} && exec {}", quoted(std::filesystem::current_path().string()),
-                       quoted(std::filesystem::read_symlink("/proc/self/exe").string()));
+std::string command_head(const CommonOptions& common) {
+    std::string text = "cd " + quoted(std::filesystem::current_path().string()) + " && exec";
+    for (const std::string& word : common.program) {
+        // On another node this names another program.
+        text += " " + quoted(word == "/proc/self/exe" ? std::filesystem::read_symlink(word).string() : word);
+    }
+    return text;
 }
 
 std::string command_tail(const CommonOptions& common) {
@@ -54,7 +58,7 @@ std::string array_script(const std::vector<PlannedRun>& plan, const CommonOption
     // A time that is measured beside other jobs is worth nothing.
     const auto wants_quiet = [](const PlannedRun& run) { return !run.settled && is_timed(run.spec); };
     if (std::any_of(plan.begin(), plan.end(), wants_quiet)) text += "#SBATCH --exclusive\n";
-    text += fmt::format("{} study {} --jobs {}", command_head(), quoted(options.file.string()), options.jobs);
+    text += fmt::format("{} study {} --jobs {}", command_head(common), quoted(options.file.string()), options.jobs);
     for (const std::string& method : options.with) text += " --with " + quoted(method);
     const std::string task = "\"$SLURM_ARRAY_TASK_ID\"";
     text += fmt::format(" --shard {0}/{1} --output {2}/{0}-of-{1}", task, options.array, quoted(folder.string()));
@@ -102,7 +106,7 @@ int submit_to_slurm(const Study& study, const std::vector<PlannedRun>& plan, con
     std::filesystem::create_directories(folder, error);
     if (error) throw InputError(folder.string(), "", "a folder that can be made", error.message());
     write_whole(folder / "array.sh", array_script(plan, common, options, name, folder));
-    write_whole(folder / "merge.sh", script_head(name + "-merge", folder / "merge.log") + command_head() +
+    write_whole(folder / "merge.sh", script_head(name + "-merge", folder / "merge.log") + command_head(common) +
                                          fmt::format(" merge {} {}/*-of-{}", quoted(whole.string()),
                                                      quoted(folder.string()), options.array) +
                                          command_tail(common));

@@ -15,6 +15,7 @@
 #include "geometry/number_text.hpp"
 #include "geometry/size_limits.hpp"
 #include "measure/environment.hpp"
+#include "measure/row_columns.hpp"
 
 namespace trocar {
 namespace {
@@ -59,68 +60,6 @@ void visit_optional_spec(Spec& spec, Visit&& visit) {
     visit("overrides", spec.overrides);
     visit("knob", spec.knob);
     visit("point", spec.point);
-}
-
-/// Members of StepRow by column name, for both directions. Moments, tip and device force stay out: ten columns of full
-/// digits would double a published study, whose summaries hold what reports need; `run --json` gives them per tick.
-template <typename Row, typename Visit>
-void visit_row(Row& row, Visit&& visit) {
-    visit("tick", row.tick);
-    visit("time", row.time);
-    for (std::size_t stage = 0; stage < stage_count; ++stage) {
-        visit(fmt::format("{}_ns", stage_names.at(stage)), row.stage_ns.at(stage));
-    }
-    visit("query_distance", row.query_distance);
-    visit("pairs", row.pairs);
-    visit("contacts_offered", row.contacts_offered);
-    visit("contacts_used", row.contacts_used);
-    visit("native_contacts", row.native_contacts);
-    visit("true_pairs", row.true_pairs);
-    visit("true_touch", row.true_touch);
-    visit("false_negatives", row.false_negatives);
-    visit("false_positives", row.false_positives);
-    visit("false_negatives_touch", row.false_negatives_touch);
-    visit("deepest_pairs", row.deepest_pairs);
-    visit("deepest_false_negatives", row.deepest_false_negatives);
-    visit("true_proximity_pairs", row.true_proximity_pairs);
-    visit("proximity_false_negatives", row.proximity_false_negatives);
-    visit("swept", row.swept);
-    visit("true_swept", row.true_swept);
-    visit("swept_false_negatives", row.swept_false_negatives);
-    visit("swept_false_positives", row.swept_false_positives);
-    visit("swept_time_error", row.swept_time_error);
-    visit("residual_penetration", row.residual_penetration);
-    visit("residual_penetration_mean", row.residual_penetration_mean);
-    visit("depth_error", row.depth_error);
-    visit("native_depth_error", row.native_depth_error);
-    visit("wrong_side", row.wrong_side);
-    visit("wrong_side_vertices", row.wrong_side_vertices);
-    visit("side_undecided", row.side_undecided);
-    visit("overlap_volume", row.overlap_volume);
-    visit("min_translation", row.min_translation);
-    visit("overshoot", row.overshoot);
-    visit("strain_over", row.strain_over);
-    visit("tool_force_x", row.tool_force.x());
-    visit("tool_force_y", row.tool_force.y());
-    visit("tool_force_z", row.tool_force.z());
-    visit("saturated", row.saturated);
-    visit("max_strain", row.max_strain);
-    visit("ruptures", row.ruptures);
-    visit("detached", row.detached);
-    visit("grasped", row.grasped);
-    for (std::size_t reason = 0; reason < skip_reason_count; ++reason) {
-        visit(fmt::format("skipped_{}", skip_reason_names.at(reason)), row.skipped.at(reason));
-    }
-    visit("no_hit", row.no_hit);
-    visit("limited_edges", row.limited_edges);
-    visit("allocations", row.allocations);
-    visit("vertices_read", row.work.vertices_read);
-    visit("cells_visited", row.work.cells_visited);
-    visit("box_tests", row.work.box_tests);
-    visit("triangle_tests", row.work.triangle_tests);
-    visit("passed_through", row.passed_through);
-    visit("truncated", row.truncated);
-    visit("outcome", row.outcome);
 }
 
 Json to_json(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
@@ -284,11 +223,11 @@ double seconds_per_tick(const std::vector<StepRow>& rows) {
 Json rows_to_json(const std::vector<StepRow>& rows) {
     Json columns = Json::object();
     const StepRow unset_row;
-    visit_row(unset_row, [&columns](const std::string& name, const auto& unset) {
+    visit_row(unset_row, [&columns](const std::string& name, const char*, const auto& unset) {
         columns[name] = {{"unset", to_json(unset)}, {"values", Json::array()}};
     });
     for (const StepRow& row : rows) {
-        visit_row(row, [&columns](const std::string& name, const auto& value) {
+        visit_row(row, [&columns](const std::string& name, const char*, const auto& value) {
             columns[name]["values"].push_back(to_json(value));
         });
     }
@@ -311,10 +250,11 @@ std::vector<StepRow> rows_from_json(const Reader& reader, const Json& json) {
     }
     std::vector<std::string> known{"count"};
     const StepRow unset_row;
-    visit_row(unset_row, [&known](const std::string& name, const auto&) { known.push_back(name); });
+    visit_row(unset_row, [&known](const std::string& name, const char*, const auto&) { known.push_back(name); });
     reader.check_keys(json, "/rows", known);
     Json unset = Json::object();
-    visit_row(unset_row, [&unset](const std::string& name, const auto& value) { unset[name] = to_json(value); });
+    visit_row(unset_row,
+              [&unset](const std::string& name, const char*, const auto& value) { unset[name] = to_json(value); });
     Json columns = Json::object();
     std::optional<double> seconds;
     for (const auto& [name, column] : json.items()) {
@@ -336,7 +276,7 @@ std::vector<StepRow> rows_from_json(const Reader& reader, const Json& json) {
     if (json.size() > 1) rows.resize(count);
     if (rows.size() != count) reader.fail("/rows", fmt::format("columns for {} rows", count), "none");
     for (std::size_t i = 0; i < rows.size(); ++i) {
-        visit_row(rows[i], [&](const std::string& name, auto& value) {
+        visit_row(rows[i], [&](const std::string& name, const char*, auto& value) {
             const auto column = columns.find(name);
             if (column != columns.end()) reader.read((*column)[i], fmt::format("/rows/{}/{}", name, i), value);
         });

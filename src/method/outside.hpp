@@ -16,6 +16,11 @@ public:
     explicit OutsideMethod(void (*add)(Registry&));
 };
 
+/// Adds a method at any time, or replaces the one that was added here under this name. References to entries of its
+/// kind become invalid, so that no run may be under way. Throws InputError when another method has the name.
+void add_outside_method(DetectorEntry entry);
+void add_outside_method(ResponseEntry entry);
+
 /// Names in the order of registration, without absent methods.
 const std::vector<std::string>& outside_methods();
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
@@ -23,6 +25,13 @@ const Entry* find(const std::vector<Entry>& entries, std::string_view name) {
         if (entry.name == name) return &entry;
     }
     return nullptr;
+}
+
+template <typename Entry>
+void replace_in(std::vector<Entry>& entries, Entry entry) {
+    const auto place =
+        std::find_if(entries.begin(), entries.end(), [&entry](const Entry& one) { return one.name == entry.name; });
+    *place = std::move(entry);
 }
 
 template <typename Entry>
@@ -70,6 +79,13 @@ void Registry::add(ContactGeneratorEntry entry) {
 void Registry::add(StepperEntry entry) {
     check_new("stepper", entry.name);
     steppers_.push_back(std::move(entry));
+}
+
+void Registry::replace(DetectorEntry entry) { replace_in(detectors_, std::move(entry)); }
+
+void Registry::replace(ResponseEntry entry) {
+    entry.parameters.push_back(look_ahead_parameter());
+    replace_in(responses_, std::move(entry));
 }
 
 void Registry::add_absent_detector(AbsentMethod absent) {
@@ -149,13 +165,10 @@ OutsideMethod::OutsideMethod(void (*add)(Registry&)) {
     outside().add.push_back(add);
 }
 
-const std::vector<std::string>& outside_methods() {
-    registry();
-    return outside().names;
-}
+namespace {
 
-const Registry& registry() {
-    static const Registry instance = [] {
+Registry& filled_registry() {
+    static Registry instance = [] {
         Registry filled;
         register_all_methods(filled);
         add_outside_methods(filled);
@@ -163,6 +176,35 @@ const Registry& registry() {
     }();
     return instance;
 }
+
+template <typename Entry>
+void add_or_replace(Entry entry) {
+    static std::set<std::string> added;
+    const std::string name = entry.name;
+    if (added.contains(name)) {
+        filled_registry().replace(std::move(entry));
+        return;
+    }
+    try {
+        filled_registry().add(std::move(entry));
+    } catch (const std::logic_error& error) {
+        throw InputError("methods of this program", "", "names that no other method has", error.what());
+    }
+    added.insert(name);
+    outside().names.push_back(name);
+}
+
+}  // namespace
+
+void add_outside_method(DetectorEntry entry) { add_or_replace(std::move(entry)); }
+void add_outside_method(ResponseEntry entry) { add_or_replace(std::move(entry)); }
+
+const std::vector<std::string>& outside_methods() {
+    registry();
+    return outside().names;
+}
+
+const Registry& registry() { return filled_registry(); }
 
 std::string MethodSpec::text() const {
     std::string result = name;

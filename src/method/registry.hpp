@@ -28,6 +28,9 @@ public:
     void add(ResponseEntry entry);
     void add(ContactGeneratorEntry entry);
     void add(StepperEntry entry);
+    /// Replaces the entry of that name. Precondition: there is one.
+    void replace(DetectorEntry entry);
+    void replace(ResponseEntry entry);
     void add_absent_detector(AbsentMethod absent);
     void add_absent_response(AbsentMethod absent);
 

@@ -29,14 +29,6 @@
 namespace trocar {
 namespace {
 
-SimulationSettings settings_of(const RunSpec& spec) {
-    return {.stepper = spec.stepper.empty() ? MethodSpec{} : parse_method(spec.stepper),
-            .query_distance_margin = spec.query_distance_margin.empty()
-                                         ? default_query_distance_margin
-                                         : std::strtod(spec.query_distance_margin.c_str(), nullptr),
-            .device = read_device(spec.device)};
-}
-
 std::int64_t ticks_of(const Scene& scene, const RunSpec& spec) { return spec.ticks > 0 ? spec.ticks : scene.ticks; }
 
 Record start_record(const RunSpec& spec, std::int64_t ticks) {
@@ -231,7 +223,7 @@ void add_errors(const ReferenceErrors& errors, Summary& summary) {
 
 std::unique_ptr<Against> against_of(const Scene& scene, const RunSpec& spec) {
     if (spec.against.empty()) return nullptr;
-    SimulationSettings settings = settings_of(spec);
+    SimulationSettings settings = simulation_settings(spec);
     settings.stepper = parse_method(spec.against);
     settings.watched = false;  // it is no result
     return std::make_unique<Against>(
@@ -391,6 +383,20 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
                      fmt::format("'{}'", spec.mode));
 }
 
+SimulationSettings simulation_settings(const RunSpec& spec) {
+    return {.stepper = spec.stepper.empty() ? MethodSpec{} : parse_method(spec.stepper),
+            .query_distance_margin = spec.query_distance_margin.empty()
+                                         ? default_query_distance_margin
+                                         : std::strtod(spec.query_distance_margin.c_str(), nullptr),
+            .device = read_device(spec.device)};
+}
+
+std::string why_not_combined(const RunSpec& spec) {
+    const ContactGeneratorEntry& generator = registry().contact_generator(spec.contacts);
+    const std::string reason = why_unreported(registry().detector(parse_method(spec.detector).name), generator);
+    return reason.empty() ? why_unreadable(generator, parse_method(spec.response)) : reason;
+}
+
 Record run_replay(const Scene& scene, const RunSpec& spec, const RunLimits& limits) {
     const std::int64_t ticks = ticks_of(scene, spec);
     Record record = start_record(spec, ticks);
@@ -429,13 +435,11 @@ Record run_closed_loop(const Scene& scene, const RunSpec& spec, const RunLimits&
     if (spec.mode == "cost_by_size") {
         record.environment["run.tissue_triangles"] = fmt::format("{}", tissue_triangles(scene.topology));
     }
-    const DetectorEntry& detector = registry().detector(parse_method(spec.detector).name);
-    for (const std::string& reason :
-         {why_unreported(detector, generator), why_unreadable(generator, parse_method(spec.response))}) {
-        if (!reason.empty() && record.outcome.ok()) record.outcome = {OutcomeKind::unsupported, reason};
+    if (const std::string reason = why_not_combined(spec); !reason.empty()) {
+        record.outcome = {OutcomeKind::unsupported, reason};
     }
     note_unstable_step(scene, spec, limits, record);
-    SimulationSettings settings = settings_of(spec);
+    SimulationSettings settings = simulation_settings(spec);
     settings.watched = limits.watched && !is_timed_only(spec);
     Simulation simulation(scene, make_detector(spec.detector), make_response(spec.response), generator, settings);
     std::optional<ClosedLoopTruth> truth;

@@ -4,13 +4,13 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <string>
 
 #include "measure/record.hpp"
 #include "scene/scene.hpp"
+#include "simulate/simulation.hpp"
 
 namespace trocar {
-
-class Simulation;
 
 struct RunLimits {
     /// Called before every tick with the number of ticks done; false ends the run early.
@@ -31,6 +31,13 @@ struct RunLimits {
     /// the specification names.
     std::optional<Judged> judged = {};
 };
+
+/// Stepper, margin of the query distance and device of a closed loop. Throws InputError.
+SimulationSettings simulation_settings(const RunSpec& spec);
+
+/// Reason why detector, contact generator and response do not work together; empty when they do. Throws InputError for
+/// an unknown or absent method.
+std::string why_not_combined(const RunSpec& spec);
 
 /// Runs spec.mode for spec.ticks ticks (0: the scene's own number), with spec.overrides applied to the scene. Modes are
 /// `replay`, `repeated_motion` (a replay), `closed_loop`, `paced`, `cost_by_size`, `against`, `resolution`,

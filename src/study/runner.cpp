@@ -17,6 +17,7 @@
 #include "geometry/gzip.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
+#include "method/registry.hpp"
 #include "study/child_process.hpp"
 
 namespace trocar {
@@ -223,6 +224,8 @@ std::string hash_of_binary() {
     for (const std::string& file : files) {
         if (std::filesystem::exists(file)) hash.add_text(read_whole(file, "a record"));
     }
+    for (const DetectorEntry& entry : registry().detectors()) hash.add_text(entry.name + entry.version);
+    for (const ResponseEntry& entry : registry().responses()) hash.add_text(entry.name + entry.version);
     return hash.text();
 }
 

@@ -12,8 +12,8 @@
 
 namespace trocar {
 
-/// Hash over the program and its loaded libraries, 16 hex digits. It changes with a rebuild and with an updated
-/// library.
+/// Hash over the program, its loaded libraries and the versions of all methods, 16 hex digits. It changes with a
+/// rebuild, an updated library and an edited method of a script.
 std::string binary_identity();
 
 struct RunnerOptions {

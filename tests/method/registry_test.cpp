@@ -3,9 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "geometry/input_error.hpp"
 #include "method/device.hpp"
+#include "method/outside.hpp"
 #include "support/text.hpp"
 
 namespace trocar {
@@ -154,6 +157,24 @@ TEST(Registry, AbsentMethodIsNamedWithItsReason) {
     Registry registry;
     registry.add_absent_detector({"lost", "library not found"});
     test::expect_holds(complaint_of([&registry] { (void)registry.detector("lost"); }), {"library not found"});
+}
+
+TEST(OutsideMethods, JoinAtAnyTimeAndReplaceThemselvesAlone) {
+    const std::size_t before = registry().detectors().size();
+    add_outside_method(DetectorEntry{.name = "late", .version = "1"});
+    add_outside_method(DetectorEntry{.name = "late", .version = "2"});
+    EXPECT_EQ(registry().detectors().size(), before + 1);
+    EXPECT_EQ(registry().detector("late").version, "2");
+    EXPECT_EQ(outside_methods(), std::vector<std::string>{"late"});
+    ResponseEntry response;
+    response.name = "ohc";  // a response may be called as a detector is
+    add_outside_method(std::move(response));
+    for (const char* name : {"ohc", "brute_force"}) {
+        const std::string version = registry().detector(name).version;
+        test::expect_holds(
+            complaint_of([name] { add_outside_method(DetectorEntry{.name = name, .version = "another"}); }), {name});
+        EXPECT_EQ(registry().detector(name).version, version);
+    }
 }
 
 }  // namespace

@@ -1,0 +1,240 @@
+"""Methods written in Python: what they answer, how they fail, a study with one, and the contract tests."""
+
+import os
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import leaky
+import numpy as np
+import trocar
+import trocar.examples
+from support import Case, python
+
+
+class Detectors(Case):
+    def test_the_example_is_exact(self):
+        found = trocar.detect("i2t_deep_start", detector=trocar.examples.Boxes, truth=True)
+        self.assertEqual((found.outcome, found.message), ("ok", ""))
+        self.assertGreater(len(found.pairs), 10)
+        self.assertEqual((found.false_negatives, found.false_positives), (0, 0))
+
+    def test_a_run_with_it_is_the_run_with_another_exact_one(self):
+        mine = trocar.run("i2t_stab", detector=trocar.examples.Boxes, response="penalty", contacts="intersection",
+                          ticks=400)
+        other = trocar.run("i2t_stab", detector="brute_force", response="penalty", contacts="intersection", ticks=400)
+        self.assertEqual(mine.outcome, "ok")
+        self.assertGreater(max(mine.columns["pairs"]), 0)
+        self.assertEqual(mine.state_hash, other.state_hash)
+        self.assertEqual(mine.columns["false_negatives"].tolist(), [0] * 400)
+
+    def test_lost_pairs_are_counted(self):
+        exact = trocar.detect("i2t_deep_start", detector="brute_force").pairs
+        lost = sum((7919 * a + 104729 * b) % 10007 % 3 == 0 for a, b in exact.tolist())
+        trocar.register_detector("leaky", leaky.Leaky)
+        found = trocar.detect("i2t_deep_start", detector="leaky:one_of=3", truth=True)
+        self.assertGreater(lost, 0)
+        self.assertEqual(found.false_negatives, lost)
+        self.assertEqual(len(found.pairs), len(exact) - lost)
+
+    def test_failures_are_outcomes_with_the_line(self):
+        for cls, expected in ((leaky.Raises, ("ValueError: no answer today", "leaky.py, line ")),
+                              (leaky.WrongNumbers, ("pairs: row 0", "got 1000000"))):
+            found = trocar.detect("i2t_deep_start", detector=cls)
+            self.assertEqual(found.outcome, "threw")
+            self.assertEqual(len(found.pairs), 0)
+            for part in expected:
+                self.assertIn(part, found.message)
+        result = trocar.run("i2t_stab", detector=leaky.Raises, contacts="intersection", response="penalty", ticks=3)
+        self.assertEqual(result.outcome, "threw")
+        self.assertIn("no answer today", result.message)
+
+    def test_no_query_distance_is_unsupported(self):
+        result = trocar.run("i2t_stab", detector=trocar.examples.Boxes, ticks=3)
+        self.assertEqual(result.outcome, "unsupported")
+
+    def test_an_interruption_within_ends_the_run(self):
+        class Interrupts(trocar.Detector):
+            def detect(self, frame):
+                raise KeyboardInterrupt
+        with self.assertRaises(KeyboardInterrupt):
+            trocar.run("i2t_stab", detector=Interrupts, contacts="intersection", response="penalty", ticks=100)
+
+    def test_names_and_classes_are_checked(self):
+        self.refuses(lambda: trocar.register_detector("ohc", leaky.Leaky), "ohc")
+        self.refuses(lambda: trocar.register_detector("Leaky", leaky.Leaky), "lower-case")
+        self.refuses(lambda: trocar.register_detector("a,b", leaky.Leaky), "lower-case")
+        self.refuses(lambda: trocar.register_detector("one", leaky.Leaky(2)), "class")
+        self.refuses(lambda: trocar.register_detector("one", leaky.WrongType), "method detect")
+        self.refuses(lambda: trocar.register_response("one", leaky.Leaky), "method respond")
+
+        class Odd(trocar.Detector):
+            parameters = {"k": 3}
+
+            def detect(self, frame):
+                return []
+        self.refuses(lambda: trocar.register_detector("odd", Odd), "odd", "attributes")
+        self.refuses(lambda: trocar.detect("i2t_deep_start", detector="odd"), "odd")
+
+        class NoBase:
+            def __init__(self):
+                pass
+
+            def prepare(self, topology, frame):
+                pass
+
+            def update(self, frame, query_distance):
+                pass
+
+            def detect(self, frame):
+                return []
+        self.assertEqual(trocar.detect("i2t_deep_start", detector=NoBase).outcome, "ok")
+
+    def test_a_detector_and_a_response_may_share_a_name(self):
+        trocar.register_detector("shared", trocar.examples.Boxes)
+        trocar.register_response("shared", trocar.examples.Springs)
+        result = trocar.run("i2t_deep_start", detector="shared", response="none", contacts="intersection", ticks=3)
+        self.assertEqual(result.outcome, "ok")
+        result = trocar.run("i2t_deep_start", response="shared:k=2000", ticks=3)
+        self.assertEqual((result.outcome, result.facts["spec"]["response"]), ("ok", "shared:k=2000"))
+        self.refuses(lambda: trocar.run("i2t_deep_start", response="shared:kk=1"), "kk")
+
+    def test_the_same_name_again_replaces_the_class(self):
+        class Again(trocar.Detector):
+            def detect(self, frame):
+                return []
+        trocar.register_detector("again", Again)
+        self.assertEqual(len(trocar.detect("i2t_deep_start", detector="again").pairs), 0)
+        trocar.register_detector("again", trocar.examples.Boxes)
+        self.assertGreater(len(trocar.detect("i2t_deep_start", detector="again").pairs), 0)
+
+
+class Responses(Case):
+    def test_the_example_holds_like_its_copy_in_the_program(self):
+        # penalty is another law from the same contacts: no equality, but neither gives way.
+        result = trocar.run("i2t_stab", response=trocar.examples.Springs, ticks=500)
+        self.assertEqual((result.outcome, result.message), ("ok", ""))
+        none = trocar.run("i2t_stab", response="none", ticks=500)
+        self.assertGreater(np.abs(result.columns["tool_force_z"]).max(), 0.0)
+        self.assertLess(result.summary["residual_penetration_max_m"], none.summary["residual_penetration_max_m"])
+
+    def test_what_is_wrong_is_an_outcome(self):
+        for cls, part in ((leaky.WrongType, "FORCE_LAW"), (leaky.WrongRole, "role")):
+            result = trocar.run("i2t_stab", response=cls, ticks=3)
+            self.assertEqual(result.outcome, "threw")
+            self.assertIn(part, result.message)
+        self.refuses(lambda: trocar.force_laws(-1), "count")
+
+
+class Study(Case):
+    study = {"name": "with_python", "time_limit_s": 100, "reference": "brute_force",
+             "experiments": [{"frames": "replay", "scenes": ["i2t_deep_start", "i2i_cross"],
+                              "detectors": ["brute_force", leaky.Leaky]}]}
+
+    def test_a_leaky_detector_is_found_out(self):
+        with tempfile.TemporaryDirectory() as folder:
+            report = trocar.study(self.study, os.path.join(folder, "report"))
+            results = report.results.set_index(["detector", "scene"])
+            self.assertEqual(set(results["outcome"]), {"ok"})
+            for scene in ("i2t_deep_start", "i2i_cross"):
+                exact, lost = results.loc["brute_force", scene], results.loc["leaky", scene]
+                self.assertEqual(exact["false_negatives"], 0)
+                if scene == "i2i_cross":  # of many pairs about one of a hundred
+                    self.assertLess(abs(lost["false_negatives"] / lost["true_pairs"] - 0.01), 0.005)
+                self.assertEqual(lost["false_positives"], 0)
+                self.assertEqual(exact["frames_hash"], lost["frames_hash"])
+            units = report.results.attrs["units"]
+            self.assertEqual((units["false_negatives"], units["detect_median_ns"]), ("1", "ns"))
+            ticks = report.ticks
+            self.assertEqual(ticks.attrs["units"]["depth_error"], "m")
+            of_leaky = ticks[(ticks["detector"] == "leaky") & (ticks["scene"] == "i2i_cross")]
+            self.assertEqual(of_leaky["false_negatives"].sum(), results.loc["leaky", "i2i_cross"]["false_negatives"])
+            with open(os.path.join(folder, "report", "report.md")) as text:
+                self.assertIn("leaky", text.read())
+
+    def test_an_edited_class_is_run_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            module = os.path.join(folder, "edited.py")
+            study = {**self.study, "experiments": [{"frames": "replay", "scenes": ["i2t_deep_start"],
+                                                    "detectors": [{"method": "edited"}]}], "reference": "edited"}
+            made = []
+            for answer in ("[]", "[]", "[[0, 1]][:0]"):
+                with open(module, "w") as file:
+                    file.write(f"import trocar\nclass Edited(trocar.Detector):\n"
+                               f"    def detect(self, frame):\n        return {answer}\n")
+                file = os.path.join(folder, "study.json")
+                import json
+                with open(file, "w") as text:
+                    json.dump({"format": "trocar-study-3", **study}, text)
+                done = python("-m", "trocar", "--method", "edited=edited:Edited", "study", file, "--output",
+                              os.path.join(folder, "out"), "--json", cwd=folder)
+                self.assertEqual(done.returncode, 0, done.stderr)
+                made.append(json.loads(done.stdout)["made"])
+            self.assertEqual(made, [1, 0, 1])
+
+    def test_bad_studies_are_one_line_and_leave_nothing(self):
+        with tempfile.TemporaryDirectory() as folder:
+            output = os.path.join(folder, "a", "b")
+            self.refuses(lambda: trocar.study({**self.study, "experiments": 3}, output), "experiments")
+            self.refuses(lambda: trocar.study({**self.study, "no_such_key": 3}, output), "no_such_key")
+            self.refuses(lambda: trocar.study({"experiments": [{1, 2}]}, output), "JSON")
+            self.refuses(lambda: trocar.study("no_such_study", output), "no_such_study")
+            self.assertEqual(os.listdir(folder), [])
+            self.refuses(lambda: trocar.read_report(folder), "results.csv")
+            with open(os.path.join(folder, "results.csv"), "w"):
+                pass
+            self.refuses(lambda: trocar.read_report(folder), "results.csv", "table")
+
+    def test_a_class_of_main_is_refused(self):
+        code = ("import trocar\n"
+                "class Local(trocar.Detector):\n    def detect(self, frame):\n        return []\n"
+                "trocar.register_detector('local', Local)\n"
+                "try:\n"
+                "    trocar.study({'name': 'x', 'experiments': [{'frames': 'replay', 'scenes': ['i2t_stab'],"
+                " 'detectors': [{'method': 'local'}]}]}, 'never')\n"
+                "except trocar.InputError as error:\n    print(error)\n")
+        with tempfile.TemporaryDirectory() as folder:
+            done = python("-c", code, cwd=folder)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("method local: expected a class of a module", done.stdout)
+            self.assertIn("__main__.Local", done.stdout)
+            self.assertEqual(os.listdir(folder), [])
+
+    def test_methods_on_the_command_line_are_checked(self):
+        for words in (("--method",), ("--method", "x"), ("--method", "x=no_such_module:X"),
+                      ("--method", "x=leaky:NoSuchClass"), ("--method", "ohc=leaky:Leaky")):
+            done = python("-m", "trocar", *words)
+            self.assertEqual(done.returncode, 2, words)
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
+        done = python("-m", "trocar", "--method=leaky=leaky:Leaky", "list")
+        self.assertEqual(done.returncode, 0)
+        self.assertRegex(done.stdout, "\n  leaky +Python slow prototype, source [0-9a-f]{12}\n")
+
+
+class Contract(Case):
+    def contract(self, *words):
+        done = subprocess.run([sys.executable, "-m", "trocar.contract", *words], capture_output=True, text=True,
+                              env={**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}, timeout=280)
+        if "a build without it" in done.stderr:
+            self.skipTest("no contract tests in this build")
+        return done
+
+    def test_the_example_detector_passes(self):
+        done = self.contract("--method", "boxes=trocar.examples:Boxes")
+        self.assertEqual(done.returncode, 0, done.stdout[-3000:] + done.stderr[-1000:])
+        self.assertRegex(done.stdout, r"\[  PASSED  \] [1-9][0-9]+ tests")
+
+    def test_the_example_response_passes(self):
+        done = self.contract("--method", "springs=trocar.examples:Springs")
+        self.assertEqual(done.returncode, 0, done.stdout[-3000:] + done.stderr[-1000:])
+        self.assertRegex(done.stdout, r"\[  PASSED  \] [1-9][0-9]* tests")
+
+    def test_a_leaky_detector_fails(self):
+        done = self.contract("--method", "leaky=leaky:Leaky", "--gtest_filter=*leaky_SamePairsAsTheOracle")
+        self.assertEqual(done.returncode, 1, done.stdout[-3000:])
+        self.assertIn("pairs missing", done.stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
