@@ -32,12 +32,10 @@ full_packages=(
 
 say() { printf '\n== %s\n' "$*"; }
 
-is_installed() { dpkg-query -W -f='${Status}' "$1" 2>/dev/null | grep -q 'install ok installed'; }
-
 install_missing() {
     local missing=() package
     for package in "$@"; do
-        is_installed "$package" || missing+=("$package")
+        dpkg-query -W -f='${Status}' "$package" 2>/dev/null | grep -q 'install ok installed' || missing+=("$package")
     done
     [ ${#missing[@]} -eq 0 ] && return 0
     say "installing ${missing[*]}"
