@@ -18,7 +18,7 @@ struct Direction {
     Index from = -1;
     Index into = -1;
     bool counted = true;
-    std::optional<SheetSides> sheet;  ///< absent: `into` is closed
+    std::optional<SheetSides> sheet;  ///< absent: `into` is closed, or its sides are not known
     std::vector<Side> side;           ///< per sample
 };
 
@@ -45,6 +45,10 @@ struct DepthTruth::State {
         if (direction.sheet) {
             direction.sheet->update();
             for (std::size_t i = 0; i < direction.side.size(); ++i) direction.side[i] = direction.sheet->side(i);
+            return;
+        }
+        if (!into.range().closed) {
+            std::fill(direction.side.begin(), direction.side.end(), Side::undecided);
             return;
         }
         const bool apart = !from.box().overlaps(into.box());
@@ -87,7 +91,7 @@ struct DepthTruth::State {
 };
 
 DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<const std::uint8_t> counted,
-                       Index area_samples)
+                       Index area_samples, bool sides_known)
     : state_(std::make_unique<State>()) {
     State& s = *state_;
     s.topology = &topology;
@@ -105,7 +109,7 @@ DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<c
             direction.into = into;
             direction.counted = counted.empty() || counted[pair] != 0;
             direction.side.resize(s.body(from).sample_count(), Side::right);
-            if (!s.body(into).range().closed) direction.sheet.emplace(s.body(from), s.body(into));
+            if (sides_known && !s.body(into).range().closed) direction.sheet.emplace(s.body(from), s.body(into));
             s.directions.push_back(std::move(direction));
             s.judge(s.directions.back());
         }

@@ -185,6 +185,12 @@ void PassageTruth::sample_places(const Direction& direction, const Matrix3X& pos
 }
 
 std::int64_t PassageTruth::follow(const Frame& frame) {
+    for (Pair& pair : pairs_) {
+        std::erase_if(pair.directions, [&frame](const Direction& direction) {
+            return !frame.pose[at(direction.into)].translation.allFinite();
+        });
+    }
+    std::erase_if(pairs_, [](const Pair& pair) { return pair.directions.empty(); });
     if (pairs_.empty()) return -1;
     for (std::size_t b = 0; b < box_.size(); ++b) box_[b] = box_of(frame.position, scene_->topology.bodies[b].vertices);
     std::int64_t completed = 0;

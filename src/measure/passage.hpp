@@ -32,7 +32,8 @@ public:
     PassageTruth(const Scene& scene, const Frame& first);
 
     /// Call with every frame after a step, in order. Returns the number of passages completed since the last call; -1:
-    /// the scene has no pair to examine.
+    /// the scene has no pair to examine. A pose that is not finite says that its body has changed its shape: from then
+    /// on nothing is examined for passing through it.
     std::int64_t follow(const Frame& frame);
 
 private:
