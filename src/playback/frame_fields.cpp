@@ -22,17 +22,12 @@ void FrameFields::fill(const Frame& frame, PlayedFrame& played) {
     played.displacement = frame.position - first_;
     if (own_) own_->follow(frame);
     played.depth.assign(count, 0.0);
-    for (const auto& pair : topology_->body_pairs) {
-        for (const auto& [from, into] : {pair, std::array{pair[1], pair[0]}}) {
-            const Range& vertices = topology_->bodies[static_cast<std::size_t>(from)].vertices;
-            for (Index vertex = vertices.first; vertex < vertices.end(); ++vertex) {
-                double& depth = played.depth[static_cast<std::size_t>(vertex)];
-                const double here = truth_->depth_of_vertex(vertex, into);
-                // What is open towards one body is no answer, however clear the others are.
-                depth = std::isnan(here) || std::isnan(depth) ? std::nan("") : std::max(depth, here);
-            }
-        }
-    }
+    truth_->each_sample([&played](const DepthTruth::Judgement& sample) {
+        if (sample.vertex < 0) return;
+        double& depth = played.depth[static_cast<std::size_t>(sample.vertex)];
+        // What is open towards one body is no answer, however clear the others are.
+        depth = std::isnan(sample.depth) || std::isnan(depth) ? std::nan("") : std::max(depth, sample.depth);
+    });
     played.strain.assign(count, 0.0);
     for (const Spring& spring : springs_) {
         const double strain = (frame.position.col(spring.j) - frame.position.col(spring.i)).norm() / spring.rest - 1.0;
