@@ -333,10 +333,45 @@ int run_command(int argc, char** argv, const std::vector<std::string>& program) 
     sub->add_option("--detector", replay_options.detector,
                     "NAME[:key=value,...], all, or recorded (the contacts that the recording carries)")
         ->capture_default_str();
-    sub->add_flag("--truth", replay_options.truth, "Hold the answers against the exact oracle");
+    sub->add_flag("--truth", replay_options.truth,
+                  "Hold the answers against the exact oracle; --json then has the figures of every frame too");
+    sub->add_option("--start", replay_options.start,
+                    "clean: every body starts on the right side of open sheets; unknown: what needs that is n/a")
+        ->check(CLI::IsMember({"clean", "unknown"}))
+        ->capture_default_str();
     sub->add_option("--time-limit", replay_options.time_limit_s, "Seconds after which a detector is given up")
         ->capture_default_str();
     line.on(sub, replay_options, replay);
+
+    JudgeOptions judge_options;
+    sub = line.add("judge", "Penetration, passages and sides on the frames of another simulator, with limits",
+                   "trocar judge frames/ floor.obj --unit mm --frame-time 10ms --start clean --max-penetration 0.5mm");
+    sub->add_option("frames", judge_options.inputs,
+                    "Folder of mesh files per frame, .npz, .pvd, .series, a recording; a mesh file stands still")
+        ->required();
+    sub->add_option("--unit", judge_options.unit, "Unit of the coordinates (a recording has its own)")
+        ->check(CLI::IsMember({"m", "cm", "mm", "um", "in"}));
+    sub->add_option("--frame-time", judge_options.frame_time, "Time from frame to frame, 10ms (default: unknown)");
+    sub->add_option("--bodies", judge_options.bodies,
+                    "given: body_ids of an .npz file, else every surface is one body; components: connected ones; "
+                    "objects: those of OBJ files (o, else g)")
+        ->check(CLI::IsMember({"given", "components", "objects"}))
+        ->capture_default_str();
+    sub->add_option("--start", judge_options.start,
+                    "clean: every body starts on the right side of open sheets; unknown: what needs that is n/a")
+        ->check(CLI::IsMember({"clean", "unknown"}))
+        ->capture_default_str();
+    sub->add_flag("--self", judge_options.self, "Also count self-intersections of every body");
+    sub->add_option("--max-penetration", judge_options.max_penetration, "Status 1 above it: 0.5mm");
+    sub->add_option("--max-passed-through", judge_options.max_passed_through, "Status 1 above so many passages");
+    sub->add_option("--max-wrong-side", judge_options.max_wrong_side,
+                    "Status 1 above so many samples on the wrong side in a frame");
+    sub->add_option("--max-self-intersections", judge_options.max_self_intersections,
+                    "Status 1 above so many pairs in a frame, with --self");
+    sub->add_option("--junit", judge_options.junit, "Also write the limits as a JUnit file");
+    sub->add_option("--output", judge_options.output,
+                    "New or empty folder for frames.json, replay.html and a picture of the worst frame");
+    line.on(sub, judge_options, judge);
 
     ExplainOptions explain_options;
     sub = line.add("explain", "One tick of a scene, all detectors side by side", "trocar explain i2t_poke --tick 300");

@@ -11,6 +11,7 @@
 
 #include "app/commands.hpp"
 #include "app/detector_answers.hpp"
+#include "app/frame_figures.hpp"
 #include "app/json_values.hpp"
 #include "app/long_steps.hpp"
 #include "geometry/input_error.hpp"
@@ -46,19 +47,27 @@ DetectorAnswer as_answer(const std::vector<RecordedTick>& ticks, std::int64_t fr
     return answer;
 }
 
-/// Judges all answers, with the oracle where there are `truths` to be filled. Reports the steps that are longer than a
-/// feature.
+/// Judges all answers, with the oracle where there are `truths` to be filled; likewise the frames themselves, with
+/// `figures`. Reports the steps that are longer than a feature.
 LongSteps judge_all(RecordingReader& recording, const PairsApart& apart, std::vector<DetectorAnswer>& answers,
-                    Truths* truths) {
+                    Truths* truths, FrameStart start, const std::string& place, std::vector<FrameFigures>* figures) {
     const Topology& topology = recording.topology();
     const auto number_in_file = [&recording](Index triangle) { return recording.file_triangle(triangle); };
     LongStepWatch watch(topology);
+    std::optional<FrameJudge> frame_judge;
     Frame frame;
     for (std::int64_t tick = 0; tick < recording.frame_count(); ++tick) {
         const auto number = static_cast<std::size_t>(tick);
         recording.read(tick, frame);
         watch.observe(frame);
         const bool known = frame.all_finite();
+        if (figures != nullptr) {
+            if (!frame_judge && known) frame_judge.emplace(topology, frame, start, false, place);
+            FrameFigures unknown;
+            unknown.row.tick = tick;
+            unknown.row.time = frame.time;
+            figures->push_back(frame_judge ? frame_judge->judge(frame) : unknown);
+        }
         const TickTruth truth = truths != nullptr && known ? truth_of(topology, frame) : TickTruth{};
         for (DetectorAnswer& answer : answers) {
             if (answer.frames.empty()) continue;
@@ -91,7 +100,7 @@ void print_swept(const std::vector<SweptContact>& swept, fmt::memory_buffer& tex
 }
 
 void print_json(const RecordingReader& recording, const std::vector<DetectorAnswer>& answers, const Truths* truth,
-                const LongSteps& steps) {
+                const std::vector<FrameFigures>& figures, const LongSteps& steps) {
     fmt::memory_buffer text;
     const auto out = std::back_inserter(text);
     fmt::format_to(out, "{{\"hash\":\"{:016x}\",\"detectors\":[", recording.hash());
@@ -120,6 +129,11 @@ void print_json(const RecordingReader& recording, const std::vector<DetectorAnsw
                            exact ? std::to_string(exact->pairs.size()) : std::string("null"));
         }
         fmt::format_to(out, "]");
+    }
+    if (truth != nullptr) {
+        nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+        for (const FrameFigures& one : figures) rows.push_back(frame_json(one));
+        fmt::format_to(out, ",\"figures\":{}", rows.dump());
     }
     if (steps.frames > 0) {
         fmt::format_to(out, ",\"long_steps\":{{\"frames\":{},\"tick\":{},\"body\":{},\"step_m\":{},\"edge_m\":{}}}",
@@ -202,13 +216,16 @@ int replay(const CommonOptions& common, const ReplayOptions& options) {
     }
     Truths exact;
     Truths* const truth = all || options.truth ? &exact : nullptr;
-    const LongSteps steps = judge_all(recording, apart, answers, truth);
+    std::vector<FrameFigures> figures;
+    const LongSteps steps =
+        judge_all(recording, apart, answers, truth, options.start == "clean" ? FrameStart::clean : FrameStart::unknown,
+                  options.recording.string(), truth != nullptr && common.json ? &figures : nullptr);
     if (const std::string note = long_step_note(steps, recording.topology()); !note.empty()) {
         fmt::print(stderr, "trocar: {}: {}\n", options.recording.string(), note);
     }
     const int status = conclude(all, answers);
     if (common.json) {
-        print_json(recording, answers, truth, steps);
+        print_json(recording, answers, truth, figures, steps);
     } else {
         print_table(recording, answers, truth);
     }

@@ -52,9 +52,26 @@ struct ReplayOptions {
     std::filesystem::path recording;
     std::string detector = "ohc";  ///< NAME[:parameters] or all
     bool truth = false;
-    double time_limit_s = 600.0;  ///< per detector
+    std::string start = "unknown";  ///< clean | unknown
+    double time_limit_s = 600.0;    ///< per detector
 };
 int replay(const CommonOptions& common, const ReplayOptions& options);
+
+struct JudgeOptions {
+    std::vector<std::filesystem::path> inputs;  ///< playback/frame_series.hpp
+    std::string unit;                           ///< of coordinates; empty: none
+    std::string frame_time;                     ///< number with unit; empty: unknown
+    std::string bodies = "given";               ///< given | components | objects
+    std::string start = "unknown";              ///< clean | unknown
+    bool self = false;                          ///< count self-intersections
+    std::string max_penetration;                ///< number with unit; empty: no limit
+    std::optional<double> max_passed_through;
+    std::optional<double> max_wrong_side;
+    std::optional<double> max_self_intersections;
+    std::optional<std::filesystem::path> output;  ///< new or empty folder
+    std::optional<std::filesystem::path> junit;
+};
+int judge(const CommonOptions& common, const JudgeOptions& options);
 
 struct RespondOptions {
     std::filesystem::path file;

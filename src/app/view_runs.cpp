@@ -241,20 +241,30 @@ ViewPage page_of_records(const Scene& scene, const std::vector<const Record*>& r
     return page;
 }
 
-ViewPage page_of_recording(const std::filesystem::path& file) {
+ViewPage page_of_frames(const std::string& name, const std::string& what, const Topology& topology,
+                        const Matrix3X& first, double dt, std::int64_t frames) {
     ViewPage page;
+    const bool timed = std::isfinite(dt);
+    page.scene = name;
+    page.dt = timed ? dt : 1.0;
+    page.ticks = frames;
+    page.topology = topology;
+    page.rest = first;
+    page.about = fmt::format("{}: {} bodies, {} triangles, {} frames {}", what, topology.body_count(),
+                             topology.triangle_count(), frames,
+                             timed ? fmt::format("{:g} ms apart", 1e3 * dt)
+                                   : std::string("of unknown times: the axis counts frames, not seconds"));
+    page.foot = made_by();
+    return page;
+}
+
+ViewPage page_of_recording(const std::filesystem::path& file) {
     RecordingReader reader(file);
     Frame first;
     if (reader.frame_count() == 0) throw InputError(file.string(), "", "at least one frame", "none");
     reader.read(0, first);
-    page.scene = file.stem().string();
-    page.dt = reader.dt();
-    page.ticks = reader.frame_count();
-    page.topology = reader.topology();
-    page.rest = first.position;
-    page.about = fmt::format("recording: {} bodies, {} triangles, {} frames {:g} ms apart", page.topology.body_count(),
-                             page.topology.triangle_count(), page.ticks, 1e3 * page.dt);
-    page.foot = made_by();
+    ViewPage page = page_of_frames(file.stem().string(), "recording", reader.topology(), first.position, reader.dt(),
+                                   reader.frame_count());
     RunCapture capture(page.topology, viewed_stride, false);
     play_recording(file, {.every = 1}, [&capture](const PlayedFrame& frame) { capture.see(frame); });
     ViewedRun run = capture.finish();

@@ -44,6 +44,11 @@ void add_run(const Scene& scene, const RunSpec& spec, const Record* record, cons
 /// Page of a scene with the runs of these records. The page states when the scene file has changed since.
 ViewPage page_of_records(const Scene& scene, const std::vector<const Record*>& records, const ViewProgress& progress);
 
+/// Page of frames without forces. `what`: how they are named under the title. `dt`: s; NaN: the page counts frames.
+/// The caller adds a run.
+ViewPage page_of_frames(const std::string& name, const std::string& what, const Topology& topology,
+                        const Matrix3X& first, double dt, std::int64_t frames);
+
 /// Frames of a recording, without forces. Throws InputError as play_recording.
 ViewPage page_of_recording(const std::filesystem::path& file);
 

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "app/view_runs.hpp"
 #include "geometry/input_error.hpp"
@@ -97,16 +98,19 @@ WorstTick::Body slice(const Topology& topology, const BodyRange& body, const Pla
 }
 
 /// A picture shows some centimetres: what is farther away is left out of the file.
-void keep_near(WorstTick::Body& body) {
-    constexpr double farthest = 60.0;  // mm
-    std::erase_if(body.segments, [](const WorstTick::Segment& one) {
-        return std::any_of(one.ends.begin(), one.ends.end(), [](double end) { return std::abs(end) > farthest; });
+constexpr double farthest_shown = 60.0;  // mm
+
+void keep_near(double farthest, WorstTick::Body& body) {
+    std::erase_if(body.segments, [farthest](const WorstTick::Segment& one) {
+        return std::any_of(one.ends.begin(), one.ends.end(),
+                           [farthest](double end) { return std::abs(end) > farthest; });
     });
 }
 
 /// `marked`: vertices that the reference holds too, so that places can be compared.
 WorstTick::State state_of(const Topology& topology, const PlayedFrame& frame, const Cut& cut,
-                          const std::vector<Index>& marked, const std::string& name, const std::string& state_hash) {
+                          const std::vector<Index>& marked, const std::string& name, const std::string& state_hash,
+                          double farthest = farthest_shown) {
     WorstTick::State state;
     state.name = name;
     state.state_hash = state_hash;
@@ -114,7 +118,7 @@ WorstTick::State state_of(const Topology& topology, const PlayedFrame& frame, co
         mm * (std::isnan(frame.row.residual_penetration) ? frame.deepest_vertex() : frame.row.residual_penetration);
     for (const BodyRange& body : topology.bodies) {
         WorstTick::Body part = slice(topology, body, frame, cut);
-        keep_near(part);
+        keep_near(farthest, part);
         if (!part.segments.empty()) state.bodies.push_back(std::move(part));
     }
     for (const Index vertex : marked) state.points.push_back(cut.place(frame.position.col(vertex)));
@@ -186,6 +190,17 @@ bool driven_alike(const Topology& topology, const PlayedFrame& a, const PlayedFr
 }
 
 }  // namespace
+
+WorstTick cut_frame(const Topology& topology, const PlayedFrame& frame, const std::string& name) {
+    WorstTick seen;
+    seen.scene = name;
+    seen.tick = frame.tick;
+    seen.time = frame.time;
+    seen.states.push_back(state_of(topology, frame, cut_through(topology, frame), {},
+                                   fmt::format("{}, frame {}", name, frame.tick), "",
+                                   std::numeric_limits<double>::infinity()));
+    return seen;
+}
 
 std::optional<WorstTick> see_worst_tick(const std::vector<Record>& records, const std::filesystem::path& study_folder,
                                         const std::optional<std::filesystem::path>& data) {

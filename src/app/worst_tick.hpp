@@ -3,9 +3,11 @@
 
 #include <filesystem>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "measure/record.hpp"
+#include "playback/playback.hpp"
 #include "report/worst_tick.hpp"
 
 namespace trocar::app {
@@ -14,5 +16,8 @@ namespace trocar::app {
 /// a scene has changed or a run ends differently from its record.
 std::optional<WorstTick> see_worst_tick(const std::vector<Record>& records, const std::filesystem::path& study_folder,
                                         const std::optional<std::filesystem::path>& data);
+
+/// Cut through the deepest vertex of one frame, without curves of forces. `name`: of the frames.
+WorstTick cut_frame(const Topology& topology, const PlayedFrame& frame, const std::string& name);
 
 }  // namespace trocar::app

@@ -26,6 +26,8 @@ Reader reader_for_extension(const std::string& extension) {
     if (equal_without_case(extension, ".stl")) return mesh_text::read_stl;
     if (equal_without_case(extension, ".ply")) return mesh_text::read_ply;
     if (equal_without_case(extension, ".off")) return mesh_text::read_off;
+    if (equal_without_case(extension, ".vtk")) return mesh_text::read_vtk;
+    if (equal_without_case(extension, ".vtp")) return mesh_text::read_vtp;
     if (equal_without_case(extension, ".wrl") || equal_without_case(extension, ".vrml")) return mesh_text::read_vrml;
     return nullptr;
 }
@@ -58,7 +60,7 @@ Mesh read_mesh(const std::filesystem::path& file) {
     Reader read = reader_for_extension(file.extension().string());
     if (read == nullptr) read = reader_for_content(source.text);
     if (read == nullptr) {
-        throw InputError(source.name, "", "a mesh file (.obj .stl .ply .off .wrl .vrml)",
+        throw InputError(source.name, "", "a mesh file (.obj .stl .ply .off .vtk .vtp .wrl .vrml)",
                          "the extension '" + file.extension().string() + "' and unknown content");
     }
     return read(source);

@@ -1,5 +1,5 @@
-// Reads OBJ, STL (binary and text), PLY, OFF and VRML 2.0 as doubles in file order, and writes OBJ. Bad files are
-// InputErrors that name the line or byte. Degenerate triangles are data and are kept.
+// Reads OBJ, STL (binary and text), PLY, OFF, VTK polydata and VRML 2.0 as doubles in file order, and writes OBJ. Bad
+// files are InputErrors that name the line or byte. Degenerate triangles are data and are kept.
 #pragma once
 
 #include <filesystem>
@@ -11,16 +11,19 @@
 namespace trocar {
 
 struct Mesh {
-    std::string format = {};             ///< "obj", "stl-binary", "stl-ascii", "ply-ascii", "ply-binary", "off", "vrml"
-    Matrix3X vertices = Matrix3X(3, 0);  ///< 3×N, the file's unit; STL: welded
+    std::string format = {};  ///< "obj", "stl-binary", "stl-ascii", "ply-ascii", "ply-binary", "off", "vrml",
+                              ///< "vtk-ascii", "vtk-binary", "vtp"
+    Matrix3X vertices = Matrix3X(3, 0);     ///< 3×N, the file's unit; STL: welded
     Triangles triangles = Triangles(3, 0);  ///< 3×T, file order, polygons fan-split, degenerate kept
     Index vertices_stored = 0;              ///< as stored in the file (STL: three per facet)
     std::string stated_unit = {};           ///< "mm", "cm", "m" or "in" when a comment of the file says so, else empty
-    std::vector<std::string> ignored = {};  ///< surfaces in the file that are not polygons: "line 12: Sphere"
+    std::vector<std::string> objects = {};  ///< OBJ: names of its objects (o), else of its groups (g)
+    std::vector<Index> object_of_triangle = {};  ///< T entries, into `objects`; -1: before the first; empty without any
+    std::vector<std::string> ignored = {};       ///< surfaces in the file that are not polygons: "line 12: Sphere"
 };
 
-/// Reads a mesh. The extension (.obj .stl .ply .off .wrl .vrml, any case) decides the format and the content must
-/// agree; with another extension the content decides. A mesh without triangles is valid. Throws InputError for a
+/// Reads a mesh. The extension (.obj .stl .ply .off .vtk .vtp .wrl .vrml, any case) decides the format and the content
+/// must agree; with another extension the content decides. A mesh without triangles is valid. Throws InputError for a
 /// missing or truncated file, an index out of range, a non-finite coordinate or compressed content. Throws also for a
 /// polygon with fewer than three corners or a header that does not match the file's counts. Normals, colours and
 /// texture coordinates are neither read nor checked.

@@ -1,4 +1,4 @@
-// Wavefront OBJ: v and f lines. Lines without geometry (texture, normals, groups, materials) are skipped.
+// Wavefront OBJ: v and f lines, objects and groups. Lines without geometry (texture, normals, materials) are skipped.
 #include <algorithm>
 #include <array>
 
@@ -8,11 +8,11 @@ namespace trocar::mesh_text {
 namespace {
 
 // Lines without a polygon: vertex attributes, points and lines, free-form attributes, grouping, display.
-constexpr std::array<std::string_view, 38> passed_over{
-    "vt",    "vn",    "vp",        "vc",       "p",        "l",   "deg",    "bmat",   "step",   "cstype",
-    "parm",  "trim",  "hole",      "scrv",     "sp",       "end", "con",    "g",      "s",      "mg",
-    "o",     "bevel", "usemtl",    "c_interp", "d_interp", "lod", "mtllib", "usemap", "maplib", "shadow_obj",
-    "ctech", "stech", "trace_obj", "curv",     "curv2",    "csh", "cdc",    "cdp"};
+constexpr std::array<std::string_view, 36> passed_over{
+    "vt",         "vn",    "vp",     "vc",        "p",        "l",     "deg",    "bmat",   "step",
+    "cstype",     "parm",  "trim",   "hole",      "scrv",     "sp",    "end",    "con",    "s",
+    "mg",         "bevel", "usemtl", "c_interp",  "d_interp", "lod",   "mtllib", "usemap", "maplib",
+    "shadow_obj", "ctech", "stech",  "trace_obj", "curv",     "curv2", "csh",    "cdc",    "cdp"};
 // Lines with a surface that is not made of polygons of this file.
 constexpr std::array<std::string_view, 5> other_surfaces{"surf", "call", "bzp", "bsp", "res"};
 
@@ -52,6 +52,8 @@ public:
                 read_vertex(line);
             } else if (keyword == "f" || keyword == "fo") {
                 read_face(line);
+            } else if (keyword == "o" || keyword == "g") {
+                begin_part(keyword == "o" ? objects_ : groups_, line);
             } else if (keyword.front() == '#') {
                 builder_.read_unit(keyword);
                 builder_.read_unit(line);
@@ -66,10 +68,34 @@ public:
         }
         Mesh mesh = builder_.finish("obj");
         mesh.ignored = std::move(ignored);
+        Parts& parts = objects_.names.empty() ? groups_ : objects_;
+        if (!parts.names.empty()) {
+            parts.of_triangle.resize(static_cast<std::size_t>(mesh.triangles.cols()), parts.current);
+            mesh.objects = std::move(parts.names);
+            mesh.object_of_triangle = std::move(parts.of_triangle);
+        }
         return mesh;
     }
 
 private:
+    /// Objects, or groups, in the order of their first lines; a name that comes again goes on.
+    struct Parts {
+        std::vector<std::string> names;
+        std::vector<Index> of_triangle;  ///< up to the last line
+        Index current = -1;
+    };
+
+    void begin_part(Parts& parts, std::string_view rest) {
+        parts.of_triangle.resize(static_cast<std::size_t>(builder_.triangle_count()), parts.current);
+        std::string name(next_token(rest));
+        for (std::string_view more = next_token(rest); !more.empty(); more = next_token(rest)) {
+            name.append(" ").append(more);
+        }
+        const auto found = std::find(parts.names.begin(), parts.names.end(), name);
+        parts.current = static_cast<Index>(found - parts.names.begin());
+        if (found == parts.names.end()) parts.names.push_back(std::move(name));
+    }
+
     void read_vertex(std::string_view rest) {
         std::array<double, 3> p{};
         for (double& coordinate : p) {
@@ -122,6 +148,8 @@ private:
     MeshBuilder builder_;
     std::int64_t line_number_ = 0;
     std::vector<Index> corners_;
+    Parts objects_;
+    Parts groups_;
     std::vector<ForwardReference> forward_;
 };
 

@@ -168,6 +168,16 @@ void count_self_intersections(const Matrix3X& vertices, const Triangles& triangl
 
 }  // namespace
 
+std::int64_t self_intersections(const Matrix3X& given_vertices, const Triangles& given_triangles) {
+    Matrix3X vertices = given_vertices;
+    Triangles triangles = given_triangles;
+    weld(vertices, triangles);
+    triangles = without_collapsed(triangles);
+    MeshReport report;
+    count_self_intersections(vertices, triangles, std::numeric_limits<std::int64_t>::max(), report);
+    return report.self_intersections + report.coplanar_overlaps;
+}
+
 Index boundary_edges(const Matrix3X& given_vertices, const Triangles& given_triangles) {
     Matrix3X vertices = given_vertices;
     Triangles triangles = given_triangles;

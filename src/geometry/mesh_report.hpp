@@ -55,6 +55,9 @@ MeshReport report_mesh(const Mesh& mesh, std::int64_t most_tests);
 /// With most_self_intersection_tests of the mesh.
 MeshReport report_mesh(const Mesh& mesh);
 
+/// MeshReport::self_intersections and coplanar_overlaps together, without a limit on the tests.
+std::int64_t self_intersections(const Matrix3X& vertices, const Triangles& triangles);
+
 /// MeshReport::boundary_edges alone.
 Index boundary_edges(const Matrix3X& vertices, const Triangles& triangles);
 

@@ -89,5 +89,7 @@ Mesh read_stl(const Source& source);
 Mesh read_ply(const Source& source);
 Mesh read_off(const Source& source);
 Mesh read_vrml(const Source& source);
+Mesh read_vtk(const Source& source);
+Mesh read_vtp(const Source& source);
 
 }  // namespace trocar::mesh_text

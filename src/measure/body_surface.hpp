@@ -50,8 +50,8 @@ public:
     [[nodiscard]] const RayTree& rays();
     /// Signed crossings of the upward ray from p with the surface. Exact.
     [[nodiscard]] int crossings(const Vector3& p);
-    /// Distance of p to the surface, m.
-    [[nodiscard]] double distance(const Vector3& p);
+    /// SurfaceDistance::distance, m.
+    [[nodiscard]] double distance(const Vector3& p, double enough = 0.0);
 
 private:
     [[nodiscard]] Vector3 point(std::size_t sample, const Matrix3X& at) const;

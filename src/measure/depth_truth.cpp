@@ -18,7 +18,7 @@ struct Direction {
     Index from = -1;
     Index into = -1;
     bool counted = true;
-    std::optional<SheetSides> sheet;  ///< absent: `into` is closed
+    std::optional<SheetSides> sheet;  ///< absent: `into` is closed, or its sides are not known
     std::vector<Side> side;           ///< per sample
 };
 
@@ -47,6 +47,10 @@ struct DepthTruth::State {
             for (std::size_t i = 0; i < direction.side.size(); ++i) direction.side[i] = direction.sheet->side(i);
             return;
         }
+        if (!into.range().closed) {
+            std::fill(direction.side.begin(), direction.side.end(), Side::undecided);
+            return;
+        }
         const bool apart = !from.box().overlaps(into.box());
         for (std::size_t i = 0; i < direction.side.size(); ++i) {
             const bool inside = !apart && into.crossings(from.point(i)) != 0;
@@ -65,20 +69,22 @@ struct DepthTruth::State {
         return nearest;
     }
 
-    [[nodiscard]] EdgeDepth depth_of_edges(const Direction& direction) {
+    [[nodiscard]] EdgeDepth depth_of_edges(const Direction& direction, double at_least) {
         const BodySurface& from = body(direction.from);
         BodySurface& into = body(direction.into);
-        if (!into.range().closed || !from.box().overlaps(into.box())) return {};
-        return edge_depth(topology->triangles, position, from.edges(), into.rays(),
-                          [&into](const Vector3& p) { return into.distance(p); });
+        if (!into.range().closed || !from.box().overlaps(into.box())) return {.depth = at_least};
+        return edge_depth(
+            topology->triangles, position, from.edges(), into.rays(),
+            [&into](const Vector3& p, double enough) { return into.distance(p, enough); }, at_least);
     }
 
-    [[nodiscard]] double depth(const Direction& direction, std::size_t sample) {
+    /// Within `enough` (m) any bound on the depth.
+    [[nodiscard]] double depth(const Direction& direction, std::size_t sample, double enough = 0.0) {
         switch (direction.side[sample]) {
             case Side::right:
                 return 0.0;
             case Side::wrong:
-                return body(direction.into).distance(body(direction.from).point(sample));
+                return body(direction.into).distance(body(direction.from).point(sample), enough);
             case Side::undecided:
                 break;
         }
@@ -87,7 +93,7 @@ struct DepthTruth::State {
 };
 
 DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<const std::uint8_t> counted,
-                       Index area_samples)
+                       Index area_samples, bool sides_known)
     : state_(std::make_unique<State>()) {
     State& s = *state_;
     s.topology = &topology;
@@ -105,7 +111,7 @@ DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<c
             direction.into = into;
             direction.counted = counted.empty() || counted[pair] != 0;
             direction.side.resize(s.body(from).sample_count(), Side::right);
-            if (!s.body(into).range().closed) direction.sheet.emplace(s.body(from), s.body(into));
+            if (sides_known && !s.body(into).range().closed) direction.sheet.emplace(s.body(from), s.body(into));
             s.directions.push_back(std::move(direction));
             s.judge(s.directions.back());
         }
@@ -129,14 +135,13 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
     double weight = 0.0;
     for (const Direction& direction : s.directions) {
         if (!direction.counted) continue;
-        const EdgeDepth edges = s.depth_of_edges(direction);
-        result.wrong_side += edges.stretches;
-        result.residual_penetration = std::max(result.residual_penetration, edges.depth);
         const BodySurface& from = s.body(direction.from);
         for (std::size_t i = 0; i < direction.side.size(); ++i) {
             if (direction.side[i] == Side::undecided) ++result.side_undecided;
             if (direction.side[i] != Side::wrong) continue;
-            const double depth = s.depth(direction, i);
+            // Of vertices the deepest one counts, of area samples each.
+            const double enough = i < from.vertex_count() ? result.residual_penetration : 0.0;
+            const double depth = s.depth(direction, i, enough);
             ++result.wrong_side;
             if (i < from.vertex_count()) ++result.wrong_side_vertices;
             result.residual_penetration = std::max(result.residual_penetration, depth);
@@ -144,6 +149,9 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
             weighted_depth += from.area_weight() * depth;
             weight += from.area_weight();
         }
+        const EdgeDepth edges = s.depth_of_edges(direction, result.residual_penetration);
+        result.wrong_side += edges.stretches;
+        result.residual_penetration = std::max(result.residual_penetration, edges.depth);
     }
     result.wrong_side_area = weight;
     if (weight > 0.0) result.residual_penetration_mean = weighted_depth / weight;

@@ -24,9 +24,10 @@ namespace trocar {
 class DepthTruth {
 public:
     /// `counted`: one flag per Topology::body_pairs entry that enters a Result; empty: all. The topology outlives the
-    /// object.
+    /// object. `sides_known`: false where nothing is known about the first frame; every sample is then undecided
+    /// towards an open sheet.
     DepthTruth(const Topology& topology, const Frame& first, std::span<const std::uint8_t> counted = {},
-               Index area_samples = default_area_samples);
+               Index area_samples = default_area_samples, bool sides_known = true);
 
     static constexpr Index default_area_samples = 1000;  ///< per body
 

@@ -28,7 +28,8 @@ std::optional<double> path_through(const Corners& corners, const Vector3& p, con
     return path;
 }
 
-/// The deepest point between two parameters of the segment from p to q; `depth_at` returns the depth of a point of it.
+/// The deepest point between two parameters of the segment from p to q; `depth_at` returns the depth of a point
+/// of it, or within its second argument any bound on it.
 template <typename DepthAt>
 double deepest_between(double length, double first, double last, double at_least, const DepthAt& depth_at) {
     constexpr int parts = 8;
@@ -36,12 +37,12 @@ double deepest_between(double length, double first, double last, double at_least
     double step = (last - first) / parts;
     const double half = 0.5 * (last - first);
     double best = first + half;
-    double depth = depth_at(best);
     // A distance changes by no more than the path along the edge.
+    double depth = depth_at(best, std::max(0.0, at_least - half * length));
     if (depth + half * length <= at_least) return depth;
     for (int i = 1; i < parts; ++i) {
         const double path = first + step * i;
-        const double here = depth_at(path);
+        const double here = depth_at(path, depth);
         if (here <= depth) continue;
         depth = here;
         best = path;
@@ -49,7 +50,7 @@ double deepest_between(double length, double first, double last, double at_least
     for (int i = 0; i < halvings; ++i) {
         step *= 0.5;
         for (const double path : {best - step, best + step}) {
-            const double here = depth_at(path);
+            const double here = depth_at(path, depth);
             if (here <= depth) continue;
             depth = here;
             best = path;
@@ -62,8 +63,9 @@ double deepest_between(double length, double first, double last, double at_least
 }  // namespace
 
 EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::span<const std::array<Index, 2>> edges,
-                     const RayTree& rays, const std::function<double(const Vector3&)>& distance) {
-    EdgeDepth result;
+                     const RayTree& rays, const std::function<double(const Vector3&, double)>& distance,
+                     double at_least) {
+    EdgeDepth result{.depth = at_least};
     std::vector<double> cuts;
     for (const auto& [from, to] : edges) {
         if (from >= to) continue;
@@ -79,9 +81,9 @@ EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::
             if (path) cuts.push_back(*path);
         });
         std::sort(cuts.begin(), cuts.end());
-        const auto depth_at = [&](double path) {
+        const auto depth_at = [&](double path, double enough) {
             const Vector3 x = p + path * (q - p);
-            return rays.crossings(triangles, position, x) == 0 ? 0.0 : distance(x);
+            return rays.crossings(triangles, position, x) == 0 ? 0.0 : distance(x, enough);
         };
         bool was_inside = false;
         for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {

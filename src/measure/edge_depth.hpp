@@ -13,7 +13,7 @@
 namespace trocar {
 
 struct EdgeDepth {
-    double depth = 0.0;          ///< m, of the deepest point found on an edge; 0 when none is inside
+    double depth = 0.0;          ///< m, of the deepest point found on an edge, or `at_least`
     std::int64_t stretches = 0;  ///< parts of edges inside, each counted once
 };
 
@@ -21,8 +21,10 @@ struct EdgeDepth {
 /// evaluates seven points, then halves its step around the deepest one down to 1/512 of the part. The winding number
 /// decides exactly whether a point is inside. The cuts only guide the search, so that their rounding loses at most a
 /// part of that length. `edges`: vertex numbers; of both directions of an edge the ascending one counts. `distance`:
-/// distance of a point to the surface, m.
+/// distance of a point to the surface, m; within its second argument any distance to it. `at_least`: m; parts that are
+/// no deeper are not searched.
 EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::span<const std::array<Index, 2>> edges,
-                     const RayTree& rays, const std::function<double(const Vector3&)>& distance);
+                     const RayTree& rays, const std::function<double(const Vector3&, double)>& distance,
+                     double at_least = 0.0);
 
 }  // namespace trocar

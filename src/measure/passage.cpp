@@ -43,6 +43,7 @@ PassageTruth::PassageTruth(const Scene& scene, const Frame& frame) : scene_(&sce
     if (frame.pose.size() != topology.bodies.size() || scene.bodies.size() != topology.bodies.size()) return;
     before_ = frame.position;
     pose_before_ = frame.pose;
+    for (const Pose& pose : frame.pose) first_jaw_.push_back(pose.jaw);
     targets_.resize(topology.bodies.size());
     box_.resize(topology.bodies.size());
     for (const BodyRange& body : topology.bodies) box_before_.push_back(box_of(frame.position, body.vertices));
@@ -52,29 +53,35 @@ PassageTruth::PassageTruth(const Scene& scene, const Frame& frame) : scene_(&sce
     for (const auto& [a, b] : topology.body_pairs) {
         const bool tissue = range(a).kind == BodyKind::tissue || range(b).kind == BodyKind::tissue;
         if (tissue || !has_shape(a) || !has_shape(b)) continue;
-        Pair pair;
-        for (const auto& [from, into] : {std::pair{a, b}, std::pair{b, a}}) {
-            if (targets_[at(into)].normal.cols() == 0) place_target(into, frame.pose[at(into)].jaw);
-            Direction direction;
-            direction.from = from;
-            direction.into = into;
-            add_samples(direction);
-            sample_places(direction, frame.position, frame.pose[at(into)], direction.at);
-            direction.up_to_date = true;
-            direction.depth.assign(direction.samples.size(), 0);
-            direction.entered.assign(direction.samples.size(), -1);
-            direction.entry = direction.at;
-            direction.deepest.assign(direction.samples.size(), 0.0);
-            if (range(into).closed) {
-                for (std::size_t s = 0; s < direction.samples.size(); ++s) {
-                    direction.depth[s] = targets_[at(into)].rays.crossings(
-                        topology.triangles, shape_, direction.at.col(static_cast<Eigen::Index>(s)));
-                    direction.any_inside = direction.any_inside || direction.depth[s] != 0;
-                }
+        pairs_.push_back({.a = a, .b = b, .directions = {}});
+        if (box_before_[at(a)].overlaps(box_before_[at(b)])) begin(false, pairs_.back());
+    }
+}
+
+void PassageTruth::begin(bool apart, Pair& pair) {
+    pair.met = true;
+    for (const auto& [from, into] : {std::pair{pair.a, pair.b}, std::pair{pair.b, pair.a}}) {
+        const Pose& pose = pose_before_[at(into)];
+        if (!pose.translation.allFinite()) continue;
+        if (targets_[at(into)].normal.cols() == 0) place_target(into, first_jaw_[at(into)]);
+        Direction direction;
+        direction.from = from;
+        direction.into = into;
+        add_samples(direction);
+        sample_places(direction, before_, pose, direction.at);
+        direction.up_to_date = true;
+        direction.depth.assign(direction.samples.size(), 0);
+        direction.entered.assign(direction.samples.size(), -1);
+        direction.entry = direction.at;
+        direction.deepest.assign(direction.samples.size(), 0.0);
+        if (range(into).closed && !apart) {
+            for (std::size_t s = 0; s < direction.samples.size(); ++s) {
+                direction.depth[s] = targets_[at(into)].rays.crossings(scene_->topology.triangles, shape_,
+                                                                       direction.at.col(static_cast<Eigen::Index>(s)));
+                direction.any_inside = direction.any_inside || direction.depth[s] != 0;
             }
-            pair.directions.push_back(std::move(direction));
         }
-        pairs_.push_back(std::move(pair));
+        pair.directions.push_back(std::move(direction));
     }
 }
 
@@ -185,19 +192,28 @@ void PassageTruth::sample_places(const Direction& direction, const Matrix3X& pos
 }
 
 std::int64_t PassageTruth::follow(const Frame& frame) {
+    const auto keeps_shape = [&frame](Index body) { return frame.pose[at(body)].translation.allFinite(); };
+    const auto forget_changed = [&keeps_shape](Pair& pair) {
+        std::erase_if(pair.directions, [&](const Direction& direction) { return !keeps_shape(direction.into); });
+        return pair.met ? pair.directions.empty() : !keeps_shape(pair.a) && !keeps_shape(pair.b);
+    };
+    std::erase_if(pairs_, forget_changed);
     if (pairs_.empty()) return -1;
     for (std::size_t b = 0; b < box_.size(); ++b) box_[b] = box_of(frame.position, scene_->topology.bodies[b].vertices);
     std::int64_t completed = 0;
     for (Pair& pair : pairs_) {
-        const Direction& first = pair.directions.front();
-        const Box swept_a = both(box_[at(first.from)], box_before_[at(first.from)]);
-        const Box swept_b = both(box_[at(first.into)], box_before_[at(first.into)]);
+        const Box swept_a = both(box_[at(pair.a)], box_before_[at(pair.a)]);
+        const Box swept_b = both(box_[at(pair.b)], box_before_[at(pair.b)]);
         const bool inside = std::any_of(pair.directions.begin(), pair.directions.end(),
                                         [](const Direction& direction) { return direction.any_inside; });
         if (!finite(swept_a) || !finite(swept_b) || (!inside && !swept_a.overlaps(swept_b))) {
             for (Direction& direction : pair.directions) direction.up_to_date = false;
             pair.counted = false;
             continue;
+        }
+        if (!pair.met) {
+            begin(true, pair);
+            forget_changed(pair);
         }
         bool through = false;
         bool going_on = false;

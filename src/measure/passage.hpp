@@ -32,7 +32,8 @@ public:
     PassageTruth(const Scene& scene, const Frame& first);
 
     /// Call with every frame after a step, in order. Returns the number of passages completed since the last call; -1:
-    /// the scene has no pair to examine.
+    /// the scene has no pair to examine. A pose that is not finite says that its body has changed its shape: from then
+    /// on nothing is examined for passing through it.
     std::int64_t follow(const Frame& frame);
 
 private:
@@ -65,8 +66,11 @@ private:
         bool any_inside = false;
     };
     struct Pair {
-        std::vector<Direction> directions;
-        bool counted = false;  ///< the current passage is counted
+        Index a = -1;
+        Index b = -1;
+        bool met = false;                   ///< the boxes have met, and there are directions
+        std::vector<Direction> directions;  ///< into bodies that have kept their shape
+        bool counted = false;               ///< the current passage is counted
     };
     struct Hit {
         double part;  ///< fraction of the motion in the tick
@@ -78,6 +82,8 @@ private:
         return scene_->topology.bodies[static_cast<std::size_t>(body)];
     }
     void place_target(Index body, double jaw);
+    /// Begins to follow a pair from the frame before. `apart`: its boxes did not overlap there.
+    void begin(bool apart, Pair& pair);
     [[nodiscard]] double half_width_of(Index body) const;
     void add_samples(Direction& direction) const;
     void sample_places(const Direction& direction, const Matrix3X& position, const Pose& into, Matrix3X& at) const;
@@ -94,7 +100,8 @@ private:
     std::vector<Pair> pairs_;
     Matrix3X before_;  ///< 3×N, m, world, of the frame before
     std::vector<Pose> pose_before_;
-    std::vector<Box> box_before_;  ///< per body, world
+    std::vector<double> first_jaw_;  ///< per body
+    std::vector<Box> box_before_;    ///< per body, world
     std::vector<Box> box_;
     Matrix3X next_;
     std::vector<Hit> hits_;

@@ -31,11 +31,14 @@ double squared_distance_to_triangle(const Vector3& a, const Vector3& b, const Ve
                      squared_distance_to_segment(c, a, p)});
 }
 
-double SurfaceDistance::distance(const Triangles& triangles, const Matrix3X& position, const Vector3& p) const {
+double SurfaceDistance::distance(const Triangles& triangles, const Matrix3X& position, const Vector3& p,
+                                 double enough) const {
+    const double squared_enough = enough * enough;
     double least = std::numeric_limits<double>::infinity();
     visit_near(p, [&](Index t) {
         const Corners c = corners_of(triangles, position, t);
-        return least = std::min(least, squared_distance_to_triangle(c[0], c[1], c[2], p));
+        least = std::min(least, squared_distance_to_triangle(c[0], c[1], c[2], p));
+        return least <= squared_enough ? 0.0 : least;  // no box is nearer than 0
     });
     return std::sqrt(least);
 }

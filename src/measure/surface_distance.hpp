@@ -10,8 +10,10 @@ double squared_distance_to_triangle(const Vector3& a, const Vector3& b, const Ve
 
 class SurfaceDistance : public DistanceTree {
 public:
-    /// Distance of p to the surface as last refitted, m; infinite for an empty surface.
-    [[nodiscard]] double distance(const Triangles& triangles, const Matrix3X& position, const Vector3& p) const;
+    /// Distance of p to the surface as last refitted, m; infinite for an empty surface. A search that finds a triangle
+    /// within `enough` (m) ends there and returns that distance.
+    [[nodiscard]] double distance(const Triangles& triangles, const Matrix3X& position, const Vector3& p,
+                                  double enough = 0.0) const;
 };
 
 }  // namespace trocar

@@ -7,11 +7,11 @@
 
 namespace trocar {
 
-FrameFields::FrameFields(const Topology& topology, const Frame& first, const std::vector<Spring>& springs)
-    : topology_(&topology),
-      first_(first.position),
-      springs_(springs),
-      truth_(topology, first, {}, 0) {}  // vertices alone are asked about
+FrameFields::FrameFields(const Topology& topology, const Frame& first, const std::vector<Spring>& springs,
+                         const DepthTruth* followed)
+    : topology_(&topology), first_(first.position), springs_(springs), truth_(followed) {
+    if (followed == nullptr) truth_ = &own_.emplace(topology, first, std::span<const std::uint8_t>(), 0);  // vertices
+}
 
 void FrameFields::fill(const Frame& frame, PlayedFrame& played) {
     const auto count = static_cast<std::size_t>(topology_->vertex_count);
@@ -20,19 +20,14 @@ void FrameFields::fill(const Frame& frame, PlayedFrame& played) {
     played.hash = frame.hash();
     played.position = frame.position;
     played.displacement = frame.position - first_;
-    truth_.follow(frame);
+    if (own_) own_->follow(frame);
     played.depth.assign(count, 0.0);
-    for (const auto& pair : topology_->body_pairs) {
-        for (const auto& [from, into] : {pair, std::array{pair[1], pair[0]}}) {
-            const Range& vertices = topology_->bodies[static_cast<std::size_t>(from)].vertices;
-            for (Index vertex = vertices.first; vertex < vertices.end(); ++vertex) {
-                double& depth = played.depth[static_cast<std::size_t>(vertex)];
-                const double here = truth_.depth_of_vertex(vertex, into);
-                // What is open towards one body is no answer, however clear the others are.
-                depth = std::isnan(here) || std::isnan(depth) ? std::nan("") : std::max(depth, here);
-            }
-        }
-    }
+    truth_->each_sample([&played](const DepthTruth::Judgement& sample) {
+        if (sample.vertex < 0) return;
+        double& depth = played.depth[static_cast<std::size_t>(sample.vertex)];
+        // What is open towards one body is no answer, however clear the others are.
+        depth = std::isnan(sample.depth) || std::isnan(depth) ? std::nan("") : std::max(depth, sample.depth);
+    });
     played.strain.assign(count, 0.0);
     for (const Spring& spring : springs_) {
         const double strain = (frame.position.col(spring.j) - frame.position.col(spring.i)).norm() / spring.rest - 1.0;

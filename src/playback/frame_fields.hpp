@@ -1,6 +1,7 @@
 // Depth, strain and displacement of every vertex on a frame, from geometry alone.
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "measure/depth_truth.hpp"
@@ -11,18 +12,21 @@ namespace trocar {
 
 class FrameFields {
 public:
-    /// `springs`: those of the scene. The topology outlives the object.
-    FrameFields(const Topology& topology, const Frame& first, const std::vector<Spring>& springs);
+    /// `springs`: those of the scene. `followed`: truth that follows the frames already; null: one of its own. Topology
+    /// and truth outlive the object.
+    FrameFields(const Topology& topology, const Frame& first, const std::vector<Spring>& springs,
+                const DepthTruth* followed = nullptr);
 
     /// Fills tick, time, hash, position, displacement, depth and strain. Call with every frame, in order: the side of
-    /// an open sheet depends on the motion.
+    /// an open sheet depends on the motion. With `followed`: with frames that it has just followed.
     void fill(const Frame& frame, PlayedFrame& played);
 
 private:
     const Topology* topology_;
     Matrix3X first_;
     std::vector<Spring> springs_;
-    DepthTruth truth_;
+    std::optional<DepthTruth> own_;
+    const DepthTruth* truth_;
 };
 
 /// The edges of all tissue triangles as springs at rest on this frame.

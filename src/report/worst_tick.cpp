@@ -87,7 +87,7 @@ double half_width(const WorstTick& seen, double most) {
     for (const WorstTick::State& state : seen.states) {
         for (const auto& point : state.points) extent = std::max({extent, std::abs(point[0]), std::abs(point[1])});
     }
-    return std::min(extent * 1.1, 40.0);
+    return std::min(extent * 1.1, std::max(40.0, 1.5 * most));
 }
 
 }  // namespace
@@ -138,7 +138,7 @@ std::string draw(const WorstTick& seen) {
         text_at(12.0 + 5.0 * steps + 8.0, bar_y + 10,
                 fmt::format("depth 0 to {} mm; green: tissue, grey: tool, where nothing is deep", format_number(most)),
                 " font-size=\"12\"");
-    const double bar = extent > 15.0 ? 10.0 : extent > 7.0 ? 5.0 : 2.0;  // mm
+    const double bar = extent > 150.0 ? 100.0 : extent > 15.0 ? 10.0 : extent > 7.0 ? 5.0 : 2.0;  // mm
     out += fmt::format(
         "<line x1=\"{0:.1f}\" y1=\"{2:.1f}\" x2=\"{1:.1f}\" y2=\"{2:.1f}\" stroke=\"#1b2027\" "
         "stroke-width=\"2\"/>\n",

@@ -3,16 +3,15 @@
 
 #include <algorithm>
 #include <array>
-#include <numeric>
 #include <set>
 #include <string>
 
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
-#include "geometry/size_limits.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/external_frames.hpp"
 #include "scene/json_node.hpp"
+#include "scene/mesh_bodies.hpp"
 
 namespace trocar {
 namespace {
@@ -33,83 +32,26 @@ std::vector<std::filesystem::path> files_ending(const std::filesystem::path& fol
     return files;
 }
 
-/// A mesh cut into its connected components. Each becomes a body, in the order of its first triangle.
+/// A mesh cut into its connected components, each of which is tested against all others.
 struct Components {
-    std::vector<Index> body_of_vertex;   ///< -1: in no triangle
-    std::vector<Index> vertex_in_world;  ///< number in the topology; -1: in no triangle
-    std::vector<Index> triangle_in_world;
+    MeshBodies bodies;
     Topology topology;
 };
 
-Index root_of(std::vector<Index>& parent, Index vertex) {
-    while (parent[at(vertex)] != vertex) {
-        parent[at(vertex)] = parent[at(parent[at(vertex)])];
-        vertex = parent[at(vertex)];
-    }
-    return vertex;
-}
-
 Components components_of(const Mesh& mesh) {
     const auto vertices = static_cast<Index>(mesh.vertices.cols());
-    const auto triangles = static_cast<Index>(mesh.triangles.cols());
-    std::vector<Index> parent(at(vertices));
-    std::iota(parent.begin(), parent.end(), Index{0});
-    for (Index t = 0; t < triangles; ++t) {
-        for (int k = 1; k < 3; ++k) {
-            parent[at(root_of(parent, mesh.triangles(k, t)))] = root_of(parent, mesh.triangles(0, t));
-        }
-    }
     Components result;
-    result.body_of_vertex.assign(at(vertices), -1);
-    result.vertex_in_world.assign(at(vertices), -1);
-    result.triangle_in_world.assign(at(triangles), -1);
-    std::vector<Index> body_of_root(at(vertices), -1);
-    std::vector<std::vector<Index>> members;  // triangles by body
-    for (Index t = 0; t < triangles; ++t) {
-        Index& body = body_of_root[at(root_of(parent, mesh.triangles(0, t)))];
-        if (body < 0) {
-            body = static_cast<Index>(members.size());
-            members.emplace_back();
-        }
-        members[at(body)].push_back(t);
-    }
-    if (are_sizes_limited() && members.size() > static_cast<std::size_t>(most_bodies)) {
-        throw InputError("components", "", limit_text(most_bodies, "bodies"), fmt::format("{}", members.size()));
-    }
-    std::vector<std::vector<Index>> vertices_of(members.size());
-    for (Index v = 0; v < vertices; ++v) {
-        const Index body = body_of_root[at(root_of(parent, v))];
-        result.body_of_vertex[at(v)] = body;
-        if (body >= 0) vertices_of[at(body)].push_back(v);
-    }
-    std::vector<Body> bodies;
-    bodies.reserve(members.size());
+    result.bodies =
+        cut_into_bodies(mesh.triangles, vertices, component_of_triangle(mesh.triangles, vertices), "components");
     std::vector<std::array<Index, 2>> all_pairs;
-    std::vector<Index> local(at(vertices), -1);
-    Index next_vertex = 0;
-    Index next_triangle = 0;
-    for (std::size_t b = 0; b < members.size(); ++b) {
-        Body body{.name = fmt::format("component {}", b), .kind = BodyKind::tissue, .closed = false};
-        body.vertex_count = static_cast<Index>(vertices_of[b].size());
-        for (Index i = 0; i < body.vertex_count; ++i) {
-            const Index v = vertices_of[b][at(i)];
-            local[at(v)] = i;
-            result.vertex_in_world[at(v)] = next_vertex++;
-        }
-        body.triangles.resize(3, static_cast<Eigen::Index>(members[b].size()));
-        for (std::size_t i = 0; i < members[b].size(); ++i) {
-            const Index t = members[b][i];
-            result.triangle_in_world[at(t)] = next_triangle++;
-            for (int k = 0; k < 3; ++k) {
-                body.triangles(k, static_cast<Eigen::Index>(i)) = local[at(mesh.triangles(k, t))];
-            }
-        }
-        for (std::size_t other = 0; other < b; ++other) {
-            all_pairs.push_back({static_cast<Index>(other), static_cast<Index>(b)});
-        }
-        bodies.push_back(std::move(body));
+    Index number = 0;
+    for (Body& body : result.bodies.bodies) {
+        body.name = fmt::format("component {}", number);
+        body.kind = BodyKind::tissue;
+        for (Index other = 0; other < number; ++other) all_pairs.push_back({other, number});
+        ++number;
     }
-    result.topology = make_topology(bodies, all_pairs);
+    result.topology = make_topology(result.bodies.bodies, all_pairs);
     return result;
 }
 
@@ -169,7 +111,9 @@ void add_true_candidates(const std::filesystem::path& boxes, const std::filesyst
         throw InputError(answers_name, "", fmt::format("{} answers, as there are candidates", candidates.size()),
                          fmt::format("{}", verdicts.size()));
     }
-    const auto body_of = [&](Index triangle) { return components.body_of_vertex[at(mesh.triangles(0, triangle))]; };
+    const auto body_of = [&](Index triangle) {
+        return components.bodies.body_of_vertex[at(mesh.triangles(0, triangle))];
+    };
     for (std::size_t i = 0; i < candidates.size(); ++i) {
         const std::vector<JsonNode> two = candidates[i].list();
         if (two.size() != 2) candidates[i].fail("two feature numbers");
@@ -180,20 +124,11 @@ void add_true_candidates(const std::filesystem::path& boxes, const std::filesyst
             for (const Index t : second) {
                 if (body_of(s) == body_of(t)) continue;
                 const auto [a, b] =
-                    std::minmax(components.triangle_in_world[at(s)], components.triangle_in_world[at(t)]);
+                    std::minmax(components.bodies.triangle_in_world[at(s)], components.bodies.triangle_in_world[at(t)]);
                 pairs.insert({a, b});
             }
         }
     }
-}
-
-Matrix3X in_world_order(const Matrix3X& vertices, const Components& components) {
-    Matrix3X ordered(3, components.topology.vertex_count);
-    for (std::size_t v = 0; v < components.vertex_in_world.size(); ++v) {
-        const Index place = components.vertex_in_world[v];
-        if (place >= 0) ordered.col(place) = vertices.col(static_cast<Eigen::Index>(v));
-    }
-    return ordered;
 }
 
 }  // namespace
@@ -215,11 +150,11 @@ ExternalFrames read_scalable_ccd(const std::filesystem::path& folder) {
     }
     ExternalFrames result;
     Frame first;
-    first.position = in_world_order(before.vertices, components);
+    first.position = components.bodies.in_world_order(before.vertices);
     first.previous = first.position;
     first.velocity.setZero(3, first.position.cols());
     Frame second;
-    second.position = in_world_order(after.vertices, components);
+    second.position = components.bodies.in_world_order(after.vertices);
     second.previous = first.position;
     second.velocity = second.position - second.previous;
     second.tick = 1;

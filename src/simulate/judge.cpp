@@ -7,6 +7,15 @@
 
 namespace trocar {
 
+void add_depth(const DepthTruth::Result& left, StepRow& row) {
+    row.residual_penetration = left.residual_penetration;
+    row.residual_penetration_mean = left.residual_penetration_mean;
+    row.wrong_side = left.wrong_side;
+    row.wrong_side_area = left.wrong_side_area;
+    row.wrong_side_vertices = left.wrong_side_vertices;
+    row.side_undecided = left.side_undecided;
+}
+
 Judge::Judge(const Topology& topology, const Frame& first, std::span<const std::uint8_t> yielding,
              const Materials* materials)
     : topology_(&topology),
@@ -107,12 +116,7 @@ void Judge::judge_outcome(const Frame& after, StepRow& row, double scripted_path
         }
     }
     if (!anything_yields_) return;
-    row.residual_penetration = left.residual_penetration;
-    row.residual_penetration_mean = left.residual_penetration_mean;
-    row.wrong_side = left.wrong_side;
-    row.wrong_side_area = left.wrong_side_area;
-    row.wrong_side_vertices = left.wrong_side_vertices;
-    row.side_undecided = left.side_undecided;
+    add_depth(left, row);
     if (in_detail) judge_overlap(after, row);
     if (left.wrong_side != 0 || left.side_undecided != 0 || row.pairs > 0) {
         if (left.wrong_side > 0) {

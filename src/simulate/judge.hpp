@@ -13,6 +13,9 @@
 
 namespace trocar {
 
+/// Copies the figures of a frame into its row.
+void add_depth(const DepthTruth::Result& left, StepRow& row);
+
 class Judge {
 public:
     /// `yielding`: one flag per body pair that counts for residual penetration. `materials`: of the tissue, for its

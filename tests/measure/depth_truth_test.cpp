@@ -551,7 +551,7 @@ TEST(EdgeDepth, AnEdgeThroughTwoCubesIsInsideTwiceAndAsDeepAsItsDistanceToTheNea
         surface.prepare(triangles, {0, 24}, position);
         const auto depth_of = [&](const std::vector<std::array<Index, 2>>& edges) {
             return edge_depth(triangles, position, edges, rays,
-                              [&](const Vector3& p) { return surface.distance(triangles, position, p); });
+                              [&](const Vector3& p, double) { return surface.distance(triangles, position, p); });
         };
         const EdgeDepth through = depth_of({{16, 17}, {17, 16}});
         EXPECT_EQ(through.stretches, 2);
@@ -566,7 +566,7 @@ TEST(EdgeDepth, AnEdgeThroughTwoCubesIsInsideTwiceAndAsDeepAsItsDistanceToTheNea
         RayTree nested_rays;
         nested_rays.prepare(nested.topology.triangles, {0, 24}, places);
         EXPECT_EQ(edge_depth(nested.topology.triangles, places, std::vector<std::array<Index, 2>>{{16, 17}},
-                             nested_rays, [](const Vector3&) { return 1e-4; })
+                             nested_rays, [](const Vector3&, double) { return 1e-4; })
                       .stretches,
                   1);
         const EdgeDepth within = depth_of({{18, 19}});
