@@ -200,10 +200,10 @@ void print_text(const JudgeOptions& options, const Judged& judged) {
                plain(Metric::wrong_side_max), plain(Metric::wrong_side_vertices_max), plain(Metric::wrong_side_last),
                plain(Metric::side_undecided_max));
     fmt::print("passed     a body through another: {} times\n", plain(Metric::passed_through));
-    fmt::print(
-        "cleared    a depth above 0.1 mm lasted at most {} frames (median {}) and came back {} times; left: {}\n",
-        plain(Metric::ticks_to_clear_max), plain(Metric::ticks_to_clear_median), plain(Metric::re_penetrations),
-        plain(Metric::uncleared));
+    const double uncleared = value_of(judged.summary, Metric::uncleared);
+    fmt::print("cleared    depths above 0.1 mm: {} frames at most, median {}; back {} times; left at the end: {}\n",
+               plain(Metric::ticks_to_clear_max), plain(Metric::ticks_to_clear_median), plain(Metric::re_penetrations),
+               std::isnan(uncleared) ? "n/a" : (uncleared > 0.0 ? "yes" : "no"));
     fmt::print("self       {} self-intersecting pairs at most{}\n",
                std::isnan(judged.self_intersections) ? "n/a" : fmt::format("{:g}", judged.self_intersections),
                options.self ? "" : " (--self)");
@@ -273,6 +273,8 @@ void judge_frames(const JudgeOptions& options, FrameSource& frames, ViewPage* pa
     }
     if (rows.empty()) throw InputError(place, "", "at least one frame", "none");
     judged.summary = summarize(rows);
+    // A sum that leaves out frames of which nothing is known would be too small.
+    if (rows.back().passed_through < 0) judged.summary[Metric::passed_through] = not_known;
     if (!capture) return;
     ViewedRun run = capture->finish();
     run.label = "frames";

@@ -11,7 +11,7 @@
 
 namespace trocar {
 
-/// What is known about the first frame.
+/// Knowledge about the first frame.
 enum class FrameStart : std::uint8_t {
     clean,   ///< every body is on the right side of every open sheet
     unknown  ///< nothing: on which side of an open sheet a point is cannot be said

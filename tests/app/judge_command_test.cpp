@@ -463,7 +463,7 @@ TEST_F(JudgeCommand, LimitsDecideTheStatusAndTheJUnitFile) {
                       ? test::json_of(words + " --frame-time 10ms --json")
                       : Json(),
                   "output");
-    test::expect_holds(test::read_file(output + "/worst_frame.svg"), {"<svg", "2 mm deep"});
+    test::expect_holds(test::read_file(output + "/worst_frame.svg"), {"<svg", "2.00 mm deep"});
     test::expect_holds(test::read_file(output + "/replay.html"), {"<html", "unknown times"});
     test::expect_refused(words + " --output " + output, "output");
 }
