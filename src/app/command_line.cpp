@@ -361,13 +361,14 @@ int run_command(int argc, char** argv, const std::vector<std::string>& program) 
                     "clean: every body starts on the right side of open sheets; unknown: what needs that is n/a")
         ->check(CLI::IsMember({"clean", "unknown"}))
         ->capture_default_str();
-    sub->add_flag("--self", judge_options.self, "Also count self-intersections of every body");
+    CLI::Option* self = sub->add_flag("--self", judge_options.self, "Also count self-intersections of every body");
     sub->add_option("--max-penetration", judge_options.max_penetration, "Status 1 above it: 0.5mm");
     sub->add_option("--max-passed-through", judge_options.max_passed_through, "Status 1 above so many passages");
     sub->add_option("--max-wrong-side", judge_options.max_wrong_side,
                     "Status 1 above so many samples on the wrong side in a frame");
     sub->add_option("--max-self-intersections", judge_options.max_self_intersections,
-                    "Status 1 above so many pairs in a frame, with --self");
+                    "Status 1 above so many pairs in a frame, with --self")
+        ->needs(self);
     sub->add_option("--junit", judge_options.junit, "Also write the limits as a JUnit file");
     sub->add_option("--output", judge_options.output,
                     "New or empty folder for frames.json, replay.html and a picture of the worst frame");

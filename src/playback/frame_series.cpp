@@ -336,10 +336,12 @@ void add_list(const path& file, Surfaces& surfaces) {
 class SeriesFrames final : public FrameSource {
 public:
     SeriesFrames(Surfaces surfaces, const SeriesChoice& choice) : surfaces_(std::move(surfaces)), choice_(choice) {
+        const bool any_moves = std::any_of(surfaces_.begin(), surfaces_.end(),
+                                           [](const auto& surface) { return surface->frame_count() > 0; });
         const Surface* counted = nullptr;
         std::vector<Body> bodies;
         for (const auto& surface : surfaces_) {
-            add_bodies(*surface, bodies);
+            add_bodies(*surface, any_moves && surface->frame_count() == 0, bodies);
             if (surface->frame_count() == 0) continue;
             if (counted == nullptr) counted = surface.get();
             if (surface->frame_count() != counted->frame_count()) {
@@ -386,7 +388,7 @@ public:
     }
 
 private:
-    void add_bodies(const Surface& surface, std::vector<Body>& bodies) {
+    void add_bodies(const Surface& surface, bool rigid, std::vector<Body>& bodies) {
         std::vector<Index> part(at(surface.triangles.cols()), 0);
         std::vector<std::string> names{surface.name};
         const bool given = choice_.bodies == BodyRule::given;
@@ -424,7 +426,7 @@ private:
         for (std::size_t b = 0; b < names.size(); ++b) {
             Body body = bodies_.back().bodies[b];
             body.name = names[b];
-            body.kind = surface.frame_count() == 0 ? BodyKind::rigid : BodyKind::tissue;
+            body.kind = rigid ? BodyKind::rigid : BodyKind::tissue;
             body.closed = boundary_edges(positions.middleCols(begin, body.vertex_count), body.triangles) == 0;
             begin += body.vertex_count;
             bodies.push_back(std::move(body));

@@ -34,9 +34,9 @@ struct SeriesChoice {
 /// - a recording, by itself.
 ///
 /// A surface whose rims close (vertices at one place count as one) is a closed body, every other one an open sheet.
-/// Surfaces that stand still are rigid, all others tissue. Throws InputError for input that cannot be read, and for
-/// surfaces without a triangle. next() throws InputError too, for a frame whose triangles are not those of the first
-/// one and for one that is not finite.
+/// Surfaces that stand still beside moving ones are rigid, all others tissue. Throws InputError for input that cannot
+/// be read, and for surfaces without a triangle. next() throws InputError too, for a frame whose triangles are not
+/// those of the first one and for one that is not finite.
 std::unique_ptr<FrameSource> frame_series(const std::vector<std::filesystem::path>& inputs, const SeriesChoice& choice);
 
 }  // namespace trocar

@@ -320,6 +320,10 @@ TEST_F(JudgeCommand, SeveralInputsAndFoldersPerFrameAndListsAreTheSameFrames) {
     const std::string standing = folder.write("standing.off", off(still.vertices, still.triangles)).string();
     const Json both = test::json_of("judge " + moving + " " + standing + " --unit mm --frame-time 10ms --json");
     expect_depths(both, "two inputs");
+    // Two meshes alone are one frame.
+    const Json alone = test::json_of("judge " + moving + "/frame_03.off " + standing + " --unit mm --json");
+    EXPECT_EQ(alone.at("rows").size(), 1U);
+    EXPECT_NEAR(alone.at("rows")[0].at("residual_penetration").get<double>(), 2e-3, 1e-9);
     EXPECT_EQ(both.at("bodies")[1].at("kind"), "rigid");
     // A folder per frame, in steps of ten; the plate in a file of its own.
     for (std::size_t i = 0; i < balls.size(); ++i) {

@@ -494,7 +494,7 @@ TEST_F(MeshRead, ExtensionDecidesAndAnUnknownOneLeavesItToTheContent) {
     EXPECT_EQ(read("noext", vrml).format, "vrml");
     EXPECT_EQ(read("a.txt", "\xef\xbb\xbfsolid x\nendsolid x\n").format, "stl-ascii");
     expect_refused("a.xyz", "1 2 3\n",
-                   "expected a mesh file (.obj .stl .ply .off .wrl .vrml), got the extension '.xyz'");
+                   "expected a mesh file (.obj .stl .ply .off .vtk .vtp .wrl .vrml), got the extension '.xyz'");
     expect_refused("a.stl", "ply\nformat ascii 1.0\n", "an STL file");
     expect_refused("a.obj", "OFF\n0 0 0\n", "line 1: expected an OBJ keyword");
 }
