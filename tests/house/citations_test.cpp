@@ -381,5 +381,27 @@ TEST(Citations, OneThatLeadsNowhereIsFoundWithItsLine) {
               std::vector<std::string>{"line 1: METHODS has no §3.4.5"});
 }
 
+/// Pages that are built of docs alone know no other folder.
+TEST(Docs, LinksLeadToTextsOfDocs) {
+    static const std::regex link(R"re(\]\(([^)#:]+)(?:#[^)]*)?\))re");
+    const std::filesystem::path docs = std::filesystem::path(TROCAR_SOURCE_DIR) / "docs";
+    std::string broken;
+    int links = 0;
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(docs)) {
+        if (entry.path().extension() != ".md") continue;
+        std::ifstream stream(entry.path());
+        const std::string text{std::istreambuf_iterator<char>(stream), {}};
+        for (std::sregex_iterator one(text.begin(), text.end(), link), end; one != end; ++one) {
+            ++links;
+            const std::filesystem::path target = (entry.path().parent_path() / (*one)[1].str()).lexically_normal();
+            const bool within = !target.lexically_relative(docs).string().starts_with("..");
+            if (!within || !std::filesystem::exists(target))
+                broken += entry.path().filename().string() + ": " + (*one)[1].str() + "\n";
+        }
+    }
+    EXPECT_EQ(broken, "");
+    EXPECT_GT(links, 20);
+}
+
 }  // namespace
 }  // namespace trocar
