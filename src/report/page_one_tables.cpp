@@ -105,6 +105,11 @@ std::vector<ResponseColumn> response_columns(const Draft& draft) {
                    [tail](const ResultSet& results) { return slowest(results, tail); })};
 }
 
+/// Behind the name of a method that is written in Python: nobody compares its times.
+std::string prototype_text(const Draft& draft, const Method& method, const char* kind) {
+    return draft.results.fact(method, std::string(kind) + ".library") == "Python" ? ", a prototype in Python" : "";
+}
+
 /// " (3.90–7.00)": the range of a column over a response and its readings, on their scenes; empty without readings.
 std::string range_text(const ResponseRow& row, const ResponseColumn& column) {
     if (row.readings.empty()) return {};
@@ -127,7 +132,7 @@ Table table_of_rows(const Draft& draft, std::string caption, const std::vector<c
     std::vector<MetricRow> lines;
     lines.reserve(rows.size());
     for (const ResponseRow* row : rows) {
-        lines.push_back({.names = {name_of_row(*row, detector)},
+        lines.push_back({.names = {name_of_row(*row, detector) + prototype_text(draft, row->who.front(), "response")},
                          .results = row->planned,
                          .style = row->failed_runs > 0 ? TableRow::Style::failed
                                   : row->ours          ? TableRow::Style::own
@@ -306,7 +311,7 @@ Table detectors_table(const Draft& draft) {
     table.caption = fmt::format("Detectors on the same frames, {}", scenes_text(verdict.scenes.size()));
     std::vector<std::string> left_out;
     for (const VerdictRow* row : rows) {
-        const std::string name = code(row->method.detector);
+        const std::string name = code(row->method.detector) + prototype_text(draft, row->method, "detector");
         if (table.rows.size() == page_one_rows) {
             left_out.push_back(name);
             continue;

@@ -5,7 +5,9 @@ OUTPUT/seeds/TARGET holds small inputs made from the project's scenes, studies a
 is there, from its meshes, pairs and response cases, cut to a few dozen triangles; nothing of them is committed.
 OUTPUT/dictionaries/TARGET has the words that stand in quotes in the target's own sources, so that it knows every key.
 """
+import base64
 import gzip
+import io
 import itertools
 import json
 import pathlib
@@ -13,6 +15,7 @@ import re
 import shutil
 import struct
 import sys
+import zipfile
 
 MOST_FACES = 24
 SOURCES = {
@@ -21,6 +24,9 @@ SOURCES = {
     'mesh_ply': ['geometry/mesh_ply.cpp', 'geometry/mesh_text.cpp'],
     'mesh_stl': ['geometry/mesh_stl.cpp', 'geometry/mesh_text.cpp'],
     'mesh_vrml': ['geometry/mesh_vrml.cpp', 'geometry/mesh_text.cpp'],
+    'mesh_vtk': ['geometry/mesh_vtk.cpp', 'geometry/mesh_text.cpp'],
+    'mesh_vtp': ['geometry/mesh_vtk.cpp', 'geometry/mesh_text.cpp'],
+    'frames': ['geometry/npz_file.cpp', 'playback/frame_series.cpp'],
     'scene': ['scene/*.cpp', 'scene/*.hpp'],
     'run': ['scene/*.cpp', 'scene/*.hpp', 'respond/*settings.cpp', 'method/*.cpp'],
     'study': ['study/study*.cpp', 'method/*.cpp', 'simulate/overrides.cpp', 'simulate/hard_case.cpp'],
@@ -151,6 +157,45 @@ def vrml_text(v, f, style):
     return f'#VRML V2.0 utf8\n# units: mm\n{shape}\n'
 
 
+def vtk_bytes(v, f, style):
+    head = f'# vtk DataFile Version {"5.1" if style == 2 else "3.0"}\npart\n{"BINARY" if style == 1 else "ASCII"}\nDATASET POLYDATA\n'
+    if style == 1:
+        return (f'{head}POINTS {len(v)} double\n'.encode() + b''.join(struct.pack('>3d', *p) for p in v) +
+                f'\nPOLYGONS {len(f)} {4 * len(f)}\n'.encode() + b''.join(struct.pack('>4i', 3, *t) for t in f))
+    text = f'{head}POINTS {len(v)} float\n' + ''.join(f'{shown(p)}\n' for p in v)
+    if style == 0:
+        return text + f'POLYGONS {len(f)} {4 * len(f)}\n' + ''.join(f'3 {a} {b} {c}\n' for a, b, c in f)
+    return (text + f'POLYGONS {len(f) + 1} {3 * len(f)}\nOFFSETS vtktypeint64\n' + shown(range(0, 3 * len(f) + 1, 3)) +
+            '\nCONNECTIVITY vtktypeint64\n' + ' '.join(f'{a} {b} {c}' for a, b, c in f) + '\n')
+
+
+def vtp_text(v, f, style):
+    def array(name, kind, numbers, form, components=1):
+        packed = struct.pack(f'<{len(numbers)}{form}', *numbers)
+        content = shown(numbers) if style == 0 else base64.b64encode(struct.pack('<I', len(packed)) + packed).decode()
+        return (f'<DataArray type="{kind}" Name="{name}" NumberOfComponents="{components}" '
+                f'format="{"binary" if style else "ascii"}">{content}</DataArray>\n')
+    return ('<?xml version="1.0"?>\n<VTKFile type="PolyData" version="0.1" byte_order="LittleEndian">\n<PolyData>\n'
+            f'<Piece NumberOfPoints="{len(v)}" NumberOfPolys="{len(f)}">\n<Points>\n' +
+            array('Points', 'Float64', [x for p in v for x in p], 'd', 3) + '</Points>\n<Polys>\n' +
+            array('connectivity', 'Int32', [i for t in f for i in t], 'i') +
+            array('offsets', 'Int32', [3 * i + 3 for i in range(len(f))], 'i') +
+            '</Polys>\n</Piece>\n</PolyData>\n</VTKFile>\n')
+
+
+def npz_bytes(v, f, packed):
+    def npy(kind, shape, data):
+        head = f"{{'descr': '{kind}', 'fortran_order': False, 'shape': {shape}, }}".encode()
+        head += b' ' * (-(len(head) + 11) % 64) + b'\n'
+        return b'\x93NUMPY\x01\0' + struct.pack('<H', len(head)) + head + data
+    stream = io.BytesIO()
+    with zipfile.ZipFile(stream, 'w', zipfile.ZIP_DEFLATED if packed else zipfile.ZIP_STORED) as archive:
+        positions = b''.join(struct.pack('<3d', *p) for p in v)
+        archive.writestr(zipfile.ZipInfo('positions.npy'), npy('<f8', (2, len(v), 3), 2 * positions))
+        archive.writestr(zipfile.ZipInfo('faces.npy'), npy('<i4', (len(f), 3), b''.join(struct.pack('<3i', *t) for t in f)))
+    return stream.getvalue()
+
+
 def mesh_seeds(meshes):
     for name, (v, f) in meshes.items():
         for style in range(4):
@@ -158,9 +203,12 @@ def mesh_seeds(meshes):
         for style in range(3):
             yield 'mesh_off', f'{name}-{style}', off_text(v, f, style)
             yield 'mesh_ply', f'{name}-{style}', ply_bytes(v, f, style)
+            yield 'mesh_vtk', f'{name}-{style}', vtk_bytes(v, f, style)
         for style in range(2):
             yield 'mesh_stl', f'{name}-{style}', stl_bytes(v, f, style)
             yield 'mesh_vrml', f'{name}-{style}', vrml_text(v, f, style)
+            yield 'mesh_vtp', f'{name}-{style}', vtp_text(v, f, style)
+            yield 'frames', f'{name}-{style}', npz_bytes(v, f, style)
 
 
 def raw_seeds(data):

@@ -92,6 +92,15 @@ TEST(PageOne, ReadingsAreARangeInTheRowOfTheirResponseOnTheirScenes) {
     EXPECT_EQ(responses_table(failed, response_rows(failed)).rows[1].cells[2], "2.00 (0.400–∞)");
 }
 
+TEST(PageOne, AMethodWrittenInPythonIsNamedAPrototype) {
+    std::vector<Record> records = four_responses();
+    for (const std::size_t i : {2U, 3U}) records[i].environment["response.library"] = "Python";
+    const Draft draft(records);
+    const Table table = responses_table(draft, response_rows(draft));
+    EXPECT_TRUE(table.rows[1].cells[0].ends_with(", a prototype in Python")) << table.rows[1].cells[0];
+    EXPECT_EQ(table.rows[0].cells[0].find("Python"), std::string::npos);
+}
+
 TEST(PageOne, NumbersAreWorstOverScenesAndMediansOverScenes) {
     std::vector<Record> records = four_responses();
     for (const std::size_t i : {0U, 1U}) {
