@@ -98,15 +98,12 @@ struct Judged {
     std::vector<Limit> limits;
 };
 
-void add_limits(const JudgeOptions& options, Judged& judged) {
+/// `penetration`: m, --max-penetration.
+void add_limits(const JudgeOptions& options, const std::optional<double>& penetration, Judged& judged) {
     const auto add = [&](const std::optional<double>& most, const char* figure, double value, const char* unit) {
         if (most) judged.limits.push_back({figure, *most, value, unit});
     };
     const auto value = [&](Metric metric) { return value_of(judged.summary, metric); };
-    std::optional<double> penetration;
-    if (!options.max_penetration.empty()) {
-        penetration = quantity(options.max_penetration, lengths, "--max-penetration", false);
-    }
     add(penetration, "residual_penetration_max_m", value(Metric::residual_penetration_max_m), "m");
     add(options.max_passed_through, "passed_through", value(Metric::passed_through), "");
     add(options.max_wrong_side, "wrong_side_max", value(Metric::wrong_side_max), "");
@@ -217,7 +214,7 @@ void print_text(const JudgeOptions& options, const Judged& judged) {
 std::string start_note(const JudgeOptions& options, const Topology& topology) {
     const bool open =
         std::any_of(topology.bodies.begin(), topology.bodies.end(), [](const BodyRange& body) { return !body.closed; });
-    if (options.start == "clean" || !open || topology.body_pairs.empty()) return {};
+    if (frame_start(options.start) == FrameStart::clean || !open || topology.body_pairs.empty()) return {};
     return "sides of open sheets are n/a, and penetration is that into closed bodies alone, unless the frames start "
            "clean "
            "(--start clean)";
@@ -244,8 +241,7 @@ void judge_frames(const JudgeOptions& options, FrameSource& frames, ViewPage* pa
             throw InputError(place, fmt::format("frame {}", frame.tick), "finite positions", "one that is not");
         }
         if (!judge) {
-            judge.emplace(topology, frame, options.start == "clean" ? FrameStart::clean : FrameStart::unknown,
-                          options.self, place);
+            judge.emplace(topology, frame, frame_start(options.start), options.self, place);
             if (page != nullptr) {
                 *page =
                     page_of_frames(judged.name, "frames", topology, frame.position, frames.dt(), frames.frame_count());
@@ -291,9 +287,11 @@ int judge(const CommonOptions& common, const JudgeOptions& options) {
                                                    : BodyRule::given;
     if (!options.unit.empty()) choice.unit = lengths.at(options.unit);
     if (!options.frame_time.empty()) choice.frame_time = quantity(options.frame_time, times, "--frame-time", true);
+    std::optional<double> penetration;
+    if (!options.max_penetration.empty()) {
+        penetration = quantity(options.max_penetration, lengths, "--max-penetration", false);
+    }
     Judged judged;
-    add_limits(options, judged);  // a wrong one ends here
-    judged.limits.clear();
     const std::unique_ptr<FrameSource> frames = frame_series(options.inputs, choice);
     judged.frames = frames.get();
     judged.name = (options.inputs.front() / "").parent_path().stem().string();
@@ -310,7 +308,7 @@ int judge(const CommonOptions& common, const JudgeOptions& options) {
         fmt::print(stderr, "trocar: interrupted, nothing is written\n");
         return interrupted;
     }
-    add_limits(options, judged);
+    add_limits(options, penetration, judged);
     const std::string document = json_text(options, judged);
     if (folder) {
         write_whole(folder->path() / "frames.json", document);

@@ -217,9 +217,8 @@ int replay(const CommonOptions& common, const ReplayOptions& options) {
     Truths exact;
     Truths* const truth = all || options.truth ? &exact : nullptr;
     std::vector<FrameFigures> figures;
-    const LongSteps steps =
-        judge_all(recording, apart, answers, truth, options.start == "clean" ? FrameStart::clean : FrameStart::unknown,
-                  options.recording.string(), truth != nullptr && common.json ? &figures : nullptr);
+    const LongSteps steps = judge_all(recording, apart, answers, truth, frame_start(options.start),
+                                      options.recording.string(), truth != nullptr && common.json ? &figures : nullptr);
     if (const std::string note = long_step_note(steps, recording.topology()); !note.empty()) {
         fmt::print(stderr, "trocar: {}: {}\n", options.recording.string(), note);
     }

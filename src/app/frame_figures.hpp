@@ -1,10 +1,17 @@
 // Figures of one frame in the JSON output of `trocar judge` and `trocar replay`.
 #pragma once
 
+#include <string>
+
 #include "app/json_values.hpp"
 #include "simulate/frame_judge.hpp"
 
 namespace trocar::app {
+
+/// --start.
+inline FrameStart frame_start(const std::string& word) {
+    return word == "clean" ? FrameStart::clean : FrameStart::unknown;
+}
 
 /// Lengths in m, areas in m², times in s; null: not known.
 inline nlohmann::ordered_json frame_json(const FrameFigures& figures) {

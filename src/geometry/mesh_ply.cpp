@@ -9,6 +9,7 @@
 #include <cstring>
 #include <utility>
 
+#include "geometry/binary_number.hpp"
 #include "geometry/mesh_text.hpp"
 
 namespace trocar::mesh_text {
@@ -210,12 +211,7 @@ private:
             fail(fmt::format("{} of {}", row_name(), element_->count),
                  fmt::format("end of file ({} bytes)", source_.text.size()));
         }
-        std::uint64_t value = 0;
-        for (std::size_t i = 0; i < size; ++i) {
-            const auto byte = static_cast<unsigned char>(source_.text[byte_ + i]);
-            const std::size_t place = encoding_ == Encoding::little ? i : size - 1 - i;
-            value |= std::uint64_t{byte} << (8 * place);
-        }
+        const std::uint64_t value = word_of(source_.text.data() + byte_, size, encoding_ != Encoding::little);
         byte_ += size;
         return value;
     }

@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 
+#include "geometry/binary_number.hpp"
 #include "geometry/mesh_text.hpp"
 
 namespace trocar::mesh_text {
@@ -15,11 +16,7 @@ namespace {
 constexpr std::size_t header_bytes = 84;
 constexpr std::size_t facet_bytes = 50;
 
-std::uint32_t little_endian_u32(const char* bytes) {
-    std::uint32_t value = 0;
-    for (unsigned i = 0; i < 4; ++i) value |= std::uint32_t{static_cast<unsigned char>(bytes[i])} << (8 * i);
-    return value;
-}
+std::uint32_t little_endian_u32(const char* bytes) { return static_cast<std::uint32_t>(word_of(bytes, 4, false)); }
 
 /// Welds the facets read, which have three vertices each.
 Mesh welded(MeshBuilder& builder, std::string format) {

@@ -11,45 +11,21 @@
 #include <map>
 #include <utility>
 
+#include "geometry/binary_number.hpp"
 #include "geometry/mesh_text.hpp"
 
 namespace trocar::mesh_text {
 namespace {
 
-struct VtkType {
-    std::string_view name;
-    std::size_t bytes;
-    char kind;  ///< 'f': real, 'i': signed, 'u': unsigned
-};
-constexpr std::array<VtkType, 26> vtk_types{{
-    {"float", 4, 'f'},        {"double", 8, 'f'},         {"char", 1, 'i'},          {"unsigned_char", 1, 'u'},
-    {"short", 2, 'i'},        {"unsigned_short", 2, 'u'}, {"int", 4, 'i'},           {"unsigned_int", 4, 'u'},
-    {"long", 8, 'i'},         {"unsigned_long", 8, 'u'},  {"vtkIdType", 4, 'i'},     {"vtktypeint32", 4, 'i'},
-    {"vtktypeint64", 8, 'i'}, {"vtktypeuint32", 4, 'u'},  {"vtktypeuint64", 8, 'u'}, {"signed_char", 1, 'i'},
-    {"Float32", 4, 'f'},      {"Float64", 8, 'f'},        {"Int8", 1, 'i'},          {"UInt8", 1, 'u'},
-    {"Int16", 2, 'i'},        {"UInt16", 2, 'u'},         {"Int32", 4, 'i'},         {"UInt32", 4, 'u'},
-    {"Int64", 8, 'i'},        {"UInt64", 8, 'u'},
+constexpr std::array<std::pair<std::string_view, BinaryType>, 26> vtk_types{{
+    {"float", {4, 'f'}},        {"double", {8, 'f'}},         {"char", {1, 'i'}},          {"unsigned_char", {1, 'u'}},
+    {"short", {2, 'i'}},        {"unsigned_short", {2, 'u'}}, {"int", {4, 'i'}},           {"unsigned_int", {4, 'u'}},
+    {"long", {8, 'i'}},         {"unsigned_long", {8, 'u'}},  {"vtkIdType", {4, 'i'}},     {"vtktypeint32", {4, 'i'}},
+    {"vtktypeint64", {8, 'i'}}, {"vtktypeuint32", {4, 'u'}},  {"vtktypeuint64", {8, 'u'}}, {"signed_char", {1, 'i'}},
+    {"Float32", {4, 'f'}},      {"Float64", {8, 'f'}},        {"Int8", {1, 'i'}},          {"UInt8", {1, 'u'}},
+    {"Int16", {2, 'i'}},        {"UInt16", {2, 'u'}},         {"Int32", {4, 'i'}},         {"UInt32", {4, 'u'}},
+    {"Int64", {8, 'i'}},        {"UInt64", {8, 'u'}},
 }};
-
-/// Bytes of one number as an unsigned integer.
-std::uint64_t word_of(const char* bytes, std::size_t count, bool big_endian) {
-    std::uint64_t value = 0;
-    for (std::size_t i = 0; i < count; ++i) {
-        value = value << 8U | static_cast<unsigned char>(bytes[big_endian ? i : count - 1 - i]);
-    }
-    return value;
-}
-
-double real_of(const char* bytes, const VtkType& type, bool big_endian) {
-    const std::uint64_t word = word_of(bytes, type.bytes, big_endian);
-    if (type.kind == 'u') return static_cast<double>(word);
-    if (type.kind == 'f') {
-        return type.bytes == 4 ? double{std::bit_cast<float>(static_cast<std::uint32_t>(word))}
-                               : std::bit_cast<double>(word);
-    }
-    const unsigned unused = 64U - 8U * static_cast<unsigned>(type.bytes);
-    return static_cast<double>(static_cast<std::int64_t>(word << unused) >> unused);
-}
 
 /// Points and cells of both kinds of file.
 class VtkReader {
@@ -60,11 +36,11 @@ protected:
     [[noreturn]] void fail(std::size_t byte, std::string_view expected, std::string_view found) const {
         fail_byte(source_, byte, expected, found);
     }
-    [[nodiscard]] const VtkType& type_named(std::string_view name, std::size_t byte) const {
+    [[nodiscard]] BinaryType type_named(std::string_view name, std::size_t byte) const {
         const auto found = std::find_if(vtk_types.begin(), vtk_types.end(),
-                                        [name](const VtkType& one) { return equal_without_case(one.name, name); });
+                                        [name](const auto& one) { return equal_without_case(one.first, name); });
         if (found == vtk_types.end()) fail(byte, "a number type of VTK", quoted(name));
-        return *found;
+        return found->second;
     }
     void add_points(const std::vector<double>& numbers, std::size_t byte) {
         for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
@@ -153,7 +129,7 @@ private:
             }
         } else if (is("POINTS")) {
             const std::size_t count = size_of_part("points");
-            const VtkType& type = type_named(word(), at_);
+            const BinaryType type = type_named(word(), at_);
             has_points_ = true;
             const std::size_t begin = at_;
             add_points(numbers(3 * count, type), begin);
@@ -235,7 +211,7 @@ private:
         return static_cast<std::size_t>(*count);
     }
 
-    std::vector<double> numbers(std::size_t count, const VtkType& type) {
+    std::vector<double> numbers(std::size_t count, BinaryType type) {
         std::vector<double> values;
         if (binary_) {
             const std::size_t line_end = source_.text.find('\n', at_);
@@ -388,7 +364,7 @@ private:
     void open(const XmlTag& tag) {
         opened_ = true;
         const auto expect = [&](std::string_view name, std::initializer_list<std::string_view> words) {
-            const std::string found = attribute(tag.attributes, name);
+            std::string found = attribute(tag.attributes, name);
             if (std::find(words.begin(), words.end(), found) == words.end()) {
                 fail(tag.begin, fmt::format("{}=\"{}\"", name, *words.begin()), mesh_text::quoted(found));
             }
@@ -466,7 +442,7 @@ private:
     }
 
     std::vector<double> numbers(const XmlTag& tag, std::size_t count) const {
-        const VtkType& type = type_named(attribute(tag.attributes, "type"), tag.begin);
+        const BinaryType type = type_named(attribute(tag.attributes, "type"), tag.begin);
         const std::string format = attribute(tag.attributes, "format");
         std::vector<double> values;
         if (format == "appended") {
@@ -492,7 +468,7 @@ private:
         return values;
     }
 
-    std::vector<double> decoded(EncodedBytes bytes, const XmlTag& tag, const VtkType& type, std::size_t count) const {
+    std::vector<double> decoded(EncodedBytes bytes, const XmlTag& tag, BinaryType type, std::size_t count) const {
         const std::size_t wanted = count * type.bytes;
         const auto word = [&] {
             const std::string text = bytes.take(header_bytes_);

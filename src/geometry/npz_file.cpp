@@ -5,9 +5,8 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
-#include <cstring>
 
+#include "geometry/binary_number.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/number_text.hpp"
 #include "geometry/whole_file.hpp"
@@ -16,9 +15,7 @@ namespace trocar {
 namespace {
 
 std::uint64_t little_endian(std::string_view bytes, std::size_t at, std::size_t count) {
-    std::uint64_t value = 0;
-    for (std::size_t i = count; i-- > 0;) value = value << 8U | static_cast<unsigned char>(bytes[at + i]);
-    return value;
+    return word_of(bytes.data() + at, count, false);
 }
 
 constexpr std::uint64_t in_zip64 = 0xFFFFFFFFU;  // a size or offset that stands in an extra field
@@ -33,8 +30,7 @@ struct NpyReader::State {
     std::array<char, 1 << 16> packed{};
     z_stream inflater{};
     std::vector<std::int64_t> shape;
-    char kind = 'f';  ///< 'f': real, 'i': signed, 'u': unsigned
-    std::size_t bytes = 8;
+    BinaryType type;
     bool big_endian = false;
     std::string buffer;
 
@@ -80,29 +76,17 @@ NpyReader::~NpyReader() {
 }
 
 const std::vector<std::int64_t>& NpyReader::shape() const { return state_->shape; }
-bool NpyReader::is_whole() const { return state_->kind != 'f'; }
+bool NpyReader::is_whole() const { return state_->type.kind != 'f'; }
 
 void NpyReader::read(double* numbers, std::size_t count) {
     State& state = *state_;
     constexpr std::size_t piece = 1 << 16;
     for (std::size_t done = 0; done < count;) {
         const std::size_t part = std::min(piece, count - done);
-        state.buffer.resize(part * state.bytes);
+        state.buffer.resize(part * state.type.bytes);
         state.take(state.buffer.data(), state.buffer.size());
         for (std::size_t i = 0; i < part; ++i) {
-            char* const bytes = state.buffer.data() + i * state.bytes;
-            if (state.big_endian) std::reverse(bytes, bytes + state.bytes);
-            const std::uint64_t word = little_endian({bytes, state.bytes}, 0, state.bytes);
-            const unsigned unused = 64U - 8U * static_cast<unsigned>(state.bytes);
-            double& number = numbers[done + i];
-            if (state.kind == 'u') {
-                number = static_cast<double>(word);
-            } else if (state.kind == 'i') {
-                number = static_cast<double>(static_cast<std::int64_t>(word << unused) >> unused);
-            } else {
-                number = state.bytes == 4 ? double{std::bit_cast<float>(static_cast<std::uint32_t>(word))}
-                                          : std::bit_cast<double>(word);
-            }
+            numbers[done + i] = real_of(state.buffer.data() + i * state.type.bytes, state.type, state.big_endian);
         }
         done += part;
     }
@@ -237,12 +221,11 @@ NpyReader NpzFile::open(std::string_view name) const {
     };
     const std::string_view type = value_of("'descr'");
     const bool plain = type.size() >= 5 && type[0] == '\'' && type[4] == '\'';
-    reader.kind = plain ? type[2] : '?';
-    reader.bytes = plain ? static_cast<std::size_t>(type[3] - '0') : 0;
+    reader.type = {.bytes = plain ? static_cast<std::size_t>(type[3] - '0') : 0, .kind = plain ? type[2] : '?'};
+    const auto& [bytes, kind] = reader.type;
     reader.big_endian = plain && type[1] == '>';
-    const bool is_real = reader.kind == 'f' && (reader.bytes == 4 || reader.bytes == 8);
-    const bool is_whole = (reader.kind == 'i' || reader.kind == 'u') &&
-                          (reader.bytes == 1 || reader.bytes == 2 || reader.bytes == 4 || reader.bytes == 8);
+    const bool is_real = kind == 'f' && (bytes == 4 || bytes == 8);
+    const bool is_whole = (kind == 'i' || kind == 'u') && (bytes == 1 || bytes == 2 || bytes == 4 || bytes == 8);
     if (!is_real && !is_whole) {
         reader.refuse("float32, float64 or integers", type.substr(0, std::min(type.find_first_of(",}"), type.size())));
     }
@@ -262,7 +245,7 @@ NpyReader NpzFile::open(std::string_view name) const {
         reader.shape.push_back(*extent);
         shape.remove_prefix(end);
     }
-    const std::uint64_t wanted = before + header_bytes + numbers * reader.bytes;
+    const std::uint64_t wanted = before + header_bytes + numbers * bytes;
     if (wanted != found->unpacked) {
         reader.refuse(fmt::format("{} bytes, as the shape needs", wanted), fmt::format("{} bytes", found->unpacked));
     }

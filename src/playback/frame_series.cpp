@@ -39,8 +39,9 @@ public:
     std::string name;
     Triangles triangles = Triangles(3, 0);
     Matrix3X first = Matrix3X(3, 0);
-    std::vector<std::string> parts;       ///< names of the bodies that the input itself gives; empty: none
-    std::vector<Index> part_of_triangle;  ///< into `parts`
+    std::vector<std::string> parts;         ///< names of the bodies that the input itself gives; empty: none
+    std::vector<Index> part_of_triangle;    ///< into `parts`
+    BodyRule parts_rule = BodyRule::given;  ///< the rule by which `parts` become bodies
 
     [[nodiscard]] virtual std::int64_t frame_count() const = 0;  ///< 0: stands still
     /// Positions (3×V, the file's unit) of the next frame, from the first on. Called frame_count() times at most.
@@ -56,6 +57,7 @@ public:
         : files_(std::move(files)), stands_still_(stands_still) {
         Mesh mesh = read_mesh(files_.front());
         name = std::move(surface_name);
+        parts_rule = BodyRule::objects;
         is_stl_ = mesh.format.starts_with("stl");
         triangles = mesh.triangles;
         first = std::move(mesh.vertices);
@@ -391,15 +393,14 @@ private:
     void add_bodies(const Surface& surface, bool rigid, std::vector<Body>& bodies) {
         std::vector<Index> part(at(surface.triangles.cols()), 0);
         std::vector<std::string> names{surface.name};
-        const bool given = choice_.bodies == BodyRule::given;
-        const bool is_mesh = dynamic_cast<const MeshFiles*>(&surface) != nullptr;
+        const bool objects = choice_.bodies == BodyRule::objects;
         if (surface.triangles.cols() == 0) throw InputError(surface.name, "", "triangles", "none");
         if (choice_.bodies == BodyRule::components) {
             part = component_of_triangle(surface.triangles, static_cast<Index>(surface.first.cols()));
             const Index count = *std::max_element(part.begin(), part.end()) + 1;
             if (count > 1) names.clear();
             for (Index i = 0; count > 1 && i < count; ++i) names.push_back(fmt::format("{} {}", surface.name, i));
-        } else if (given ? !is_mesh && !surface.parts.empty() : is_mesh) {
+        } else if (choice_.bodies == surface.parts_rule && (objects || !surface.parts.empty())) {
             const auto unnamed = std::find(surface.part_of_triangle.begin(), surface.part_of_triangle.end(), -1);
             if (surface.parts.empty() || unnamed != surface.part_of_triangle.end()) {
                 throw InputError(surface.name, "", "every face in an object (o) or group (g), for --bodies objects",
@@ -416,7 +417,7 @@ private:
                 }
                 part[t] = own;
             }
-        } else if (!given) {
+        } else if (objects) {
             throw InputError(surface.name, "", "OBJ files, for --bodies objects", "an .npz file");
         }
         bodies_.push_back(

@@ -9,6 +9,7 @@
 #include <tuple>
 
 #include "geometry/input_error.hpp"
+#include "measure/statistics.hpp"
 #include "report/cell.hpp"
 #include "report/chart.hpp"
 #include "report/figures.hpp"
@@ -76,15 +77,9 @@ Figures figures_of(const Results& results, const Method& method) {
         if (result.ok()) ended.results.push_back(&result);
     }
     Figures figures{ended.largest(Metric::residual_penetration_max_m), ended.sum(Metric::false_negatives), not_known};
-    double sum = 0.0;
-    std::size_t timed = 0;
-    for (const SceneResult* result : ended.results) {
-        const double median_tick = result->of(Metric::total_median_ns).value;
-        if (!(median_tick > 0.0)) continue;
-        sum += std::log(median_tick);
-        ++timed;
-    }
-    if (timed > 0) figures.median_tick = std::exp(sum / static_cast<double>(timed));
+    std::vector<double> ticks;
+    for (const SceneResult* result : ended.results) ticks.push_back(result->of(Metric::total_median_ns).value);
+    figures.median_tick = geometric_mean(ticks);
     return figures;
 }
 
@@ -108,6 +103,7 @@ public:
                 if (!spec.scene.empty() && spec.point.empty()) cells_.insert({method_of(spec), spec.scene});
             }
         }
+        for (const auto& [method, scene] : cells_) methods_.insert(method);
     }
 
     void add_status(Table& table) const {
@@ -151,10 +147,8 @@ private:
                                     {"worst penetration (mm)", true, Metric::residual_penetration_max_m},
                                     {"false negatives", true, Metric::false_negatives},
                                     {"tick p50 (µs)", true, Metric::total_median_ns}});
-        std::set<Method> methods;
-        for (const auto& [method, scene] : cells_) methods.insert(method);
         for (std::size_t b = 0; b < batches_.size(); ++b) {
-            for (const Method& method : methods) {
+            for (const Method& method : methods_) {
                 int planned = 0;
                 int ended = 0;
                 std::set<std::string> words;
@@ -241,9 +235,7 @@ private:
                                      Kind{"false negatives", &Figures::false_negatives, 1.0},
                                      Kind{"tick p50 (µs)", &Figures::median_tick, us}}) {
                 LineChart chart{.x_title = "version, in the order given", .y_title = kind.title, .small = true};
-                std::set<Method> methods;
-                for (const auto& [method, scene] : cells_) methods.insert(method);
-                for (const Method& method : methods) {
+                for (const Method& method : methods_) {
                     LineChart::Line line{.name = method.label()};
                     for (std::size_t v = 0; v < versions.size(); ++v) {
                         const double value =
@@ -271,6 +263,7 @@ private:
     const std::vector<Batch>& batches_;
     std::vector<std::unique_ptr<Draft>> drafts_;
     std::set<MethodOnScene> cells_;
+    std::set<Method> methods_;  ///< of the cells
 };
 
 /// By study, in the order of the sources.
