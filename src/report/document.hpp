@@ -64,8 +64,8 @@ using Block = std::variant<Heading, Paragraph, CodeBlock, Table, Figure>;
 struct Document {
     std::string title;
     std::vector<Block> blocks;
-    std::size_t page_one = 0;    ///< number of blocks on page 1, from the start; 0: no other page
-    std::string command = {};    ///< command that reproduces any row; empty: unknown
+    std::size_t page_one = 0;  ///< number of blocks on page 1, from the start; 0: no other page
+    std::string command = {};  ///< command that reproduces any row; empty: unknown
     /// Headers of columns: a select for each at the top of the page shows the rows of all tables with one value.
     std::vector<std::string> page_filters = {};
     std::string charts_js = {};  ///< path of the script for Figure::chart, relative to the page; empty: none

@@ -100,7 +100,9 @@ const std::vector<PlainColumn>& plain_before() {
 
 const std::vector<PlainColumn>& plain_after() {
     static const std::vector<PlainColumn> list{
-        {word("setting", "Settings of the methods: default, recommended, tuned, or a reading of what the author leaves open; empty: not stated"),
+        {word("setting",
+              "Settings of the methods: default, recommended, tuned, or a reading of what the author leaves open; "
+              "empty: not stated"),
          [](const Record& r) { return r.spec.setting; }},
         {word("knob", "Name of what a sweep varies; empty: no sweep"), [](const Record& r) { return r.spec.knob; }},
         {word("point", "Value of what a sweep varies; empty: no sweep"), [](const Record& r) { return r.spec.point; }},

@@ -22,7 +22,7 @@ struct Level {
     std::string setting = "default";  ///< "default" | "recommended" | "tuned" | "reading"
     /// For a reading: the response that it is, at another value that its author leaves open.
     std::string reading_of = {};
-    std::string basis = {};           ///< source of the setting: who recommends it, or the search and its budget
+    std::string basis = {};  ///< source of the setting: who recommends it, or the search and its budget
     /// By factor, "inputs", "detectors", "contacts" or "steppers": what it runs with instead of the experiment's list.
     std::map<std::string, std::vector<std::string>> only = {};
     /// For a detector in the closed loop: false = its runs are timed and not judged. They report the oracle's figures
