@@ -12,6 +12,7 @@
 #include "app/study_runs.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
+#include "reference/reference.hpp"
 #include "report/report.hpp"
 #include "study/tune.hpp"
 
@@ -51,6 +52,17 @@ std::vector<Scores> run_stage(const Tune& tune, int stage, const std::vector<std
     return scores;
 }
 
+/// Throws InputError where the limit on force steps needs a reference that is neither stored nor said to be absent.
+void check_references(const Tune& tune, const CommonOptions& common) {
+    if (!tune.force_step) return;
+    for (const std::string& scene : tune.scenes) {
+        const FoundReference found = find_reference(read_scene(scene, common.data));
+        if (found.state == ReferenceState::present) continue;
+        throw InputError(scene, "", "a stored reference, which force_step_limit needs (`trocar reference SCENE`)",
+                         found.reference.hard.reason);
+    }
+}
+
 std::string depth_text(const TuneScore& score, const Tune& tune) {
     const double depth = 1e3 * (std::exp(score.objective) - tune.depth_offset);
     return std::isfinite(depth) ? fmt::format("{:.3g} mm", depth) : std::string("fails");
@@ -60,6 +72,7 @@ std::string depth_text(const TuneScore& score, const Tune& tune) {
 
 int tune(const CommonOptions& common, const TuneOptions& options) {
     const Tune tune = read_tune(options.file, listed_scenes());
+    check_references(tune, common);
     std::vector<TuneSearch> searches;  // starts of the first response, of the second one, ...
     for (const TunedResponse& response : tune.responses) {
         for (int start = 0; start < tune_starts; ++start) searches.emplace_back(tune, response, start);

@@ -52,6 +52,12 @@ TunedResponse read_tuned_response(const JsonNode& node) {
     return response;
 }
 
+bool breaks(const ForceStepLimit& limit, const Summary& summary) {
+    // A comparison with what is not known is false.
+    return value_of(summary, Metric::force_jump_max_n) >
+           limit.times_reference * value_of(summary, Metric::reference_force_step_hard) + limit.plus;
+}
+
 std::size_t dimensions_of(const TunedResponse& response) {
     return response.ranges.size() + (response.contacts.size() > 1 ? 1 : 0);
 }
@@ -103,8 +109,8 @@ Tune read_tune(const std::filesystem::path& file, const std::vector<std::filesys
     const Json document = parse_json(read_whole(file, "a tune file"), file_name);
     const JsonNode root(document, file_name);
     expect_object(root,
-                  {"format", "name", "seed", "time_limit_s", "detector", "depth_offset_m", "limits", "scenes",
-                   "first_scenes", "budget", "responses"},
+                  {"format", "name", "seed", "time_limit_s", "detector", "depth_offset_m", "limits", "force_step_limit",
+                   "scenes", "first_scenes", "budget", "responses"},
                   {"format", "name", "detector", "scenes", "responses"});
     root.at("format").expect_word(tune_format);
     Tune tune;
@@ -121,6 +127,12 @@ Tune read_tune(const std::filesystem::path& file, const std::vector<std::filesys
             if (!metric) limits.fail("names of metrics, as `trocar schema figures` lists them", key);
             tune.limits[*metric] = limits.at(key).non_negative();
         }
+    }
+    if (root.has("force_step_limit")) {
+        const JsonNode limit = root.at("force_step_limit");
+        expect_object(limit, {"times_reference", "plus_N"}, {"times_reference", "plus_N"});
+        tune.force_step = {.times_reference = limit.at("times_reference").non_negative(),
+                           .plus = limit.at("plus_N").non_negative()};
     }
     for (const std::string& scene : read_scenes(root.at("scenes"), {file, shipped})) {
         tune.scenes.push_back(std::filesystem::absolute(file.parent_path() / scene).lexically_normal().string());
@@ -183,6 +195,7 @@ TuneScore score_of(const Tune& tune, const std::vector<const Record*>& records) 
             record->outcome.ok() ? value_of(record->summary, Metric::residual_penetration_max_m) : not_known;
         bool broken = std::isnan(depth);
         for (const auto& [metric, most] : tune.limits) broken = broken || value_of(record->summary, metric) > most;
+        broken = broken || (tune.force_step && breaks(*tune.force_step, record->summary));
         score.broken += broken ? 1 : 0;
         logs.push_back(std::isnan(depth) ? std::numeric_limits<double>::infinity()
                                          : std::log(depth + tune.depth_offset));
@@ -295,6 +308,10 @@ std::string tuned_text(const Tune& tune, const std::vector<TuneResult>& results)
     }
     OrderedJson limits = OrderedJson::object();
     for (const auto& [metric, most] : tune.limits) limits[std::string(info_of(metric).name)] = most;
+    if (tune.force_step) {
+        limits[std::string(info_of(Metric::force_jump_max_n).name)] =
+            fmt::format("{} reference_force_step_hard + {} N", tune.force_step->times_reference, tune.force_step->plus);
+    }
     return OrderedJson{{"format", "trocar-tuned-1"},
                        {"tune", tune.name},
                        {"seed", tune.seed},

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,13 @@ struct TunedResponse {
     std::vector<TuneRange> ranges;
 };
 
+/// Largest change of the tool force from tick to tick, beside that of the stored reference with hard contact. A scene
+/// whose hard reference is known to be absent has no such limit.
+struct ForceStepLimit {
+    double times_reference = 1.0;
+    double plus = 0.0;  ///< N
+};
+
 /// At most this many parameters of a response are searched, its generator among them.
 inline constexpr std::size_t most_tuned_parameters = 4;
 inline constexpr int tune_starts = 2;
@@ -38,13 +46,14 @@ struct Tune {
     std::uint64_t seed = 1;
     double time_limit_s = 30.0;  ///< s, per run
     std::string detector;
-    double depth_offset = 1.0e-4;     ///< m, added to depths before the logarithm: 0.02 mean edges
-    std::map<Metric, double> limits;  ///< largest value on any scene, in the metric's unit
-    std::vector<std::string> scenes;  ///< relative to the file, or absolute
-    std::size_t first_scenes = 4;     ///< so many of them, from the start, in the first stage
-    std::size_t first = 64;           ///< settings of the first stage, per response and start
-    std::size_t second = 16;          ///< the best of them, on all scenes
-    std::size_t local = 32;           ///< settings near the best, on all scenes, in four rounds
+    double depth_offset = 1.0e-4;              ///< m, added to depths before the logarithm: 0.02 mean edges
+    std::map<Metric, double> limits;           ///< largest value on any scene, in the metric's unit
+    std::optional<ForceStepLimit> force_step;  ///< the same, from the reference of each scene
+    std::vector<std::string> scenes;           ///< relative to the file, or absolute
+    std::size_t first_scenes = 4;              ///< so many of them, from the start, in the first stage
+    std::size_t first = 64;                    ///< settings of the first stage, per response and start
+    std::size_t second = 16;                   ///< the best of them, on all scenes
+    std::size_t local = 32;                    ///< settings near the best, on all scenes, in four rounds
     std::vector<TunedResponse> responses;
 };
 

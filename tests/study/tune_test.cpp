@@ -91,6 +91,17 @@ TEST(TuneScore, IsTheMedianOfLogarithmsAndFailuresAndLimitsComeFirst) {
     EXPECT_LT(score_of(tune, {&deep}), score_of(tune, {&jumpy})) << "a setting that keeps the limits comes first";
 }
 
+TEST(TuneScore, ForceStepsAreLimitedByThoseOfTheReferenceWhereThereIsOne) {
+    Tune tune = bowl();
+    tune.force_step = {.times_reference = 2.0, .plus = 0.05};
+    Record run = run_with(0.5, 0.25);
+    EXPECT_EQ(score_of(tune, {&run}).broken, 0) << "no reference is known";
+    run.summary[Metric::reference_force_step_hard] = 0.11;
+    EXPECT_EQ(score_of(tune, {&run}).broken, 0) << "0.25 N of 0.27 N";
+    run.summary[Metric::reference_force_step_hard] = 0.09;
+    EXPECT_EQ(score_of(tune, {&run}).broken, 1) << "0.25 N of 0.23 N";
+}
+
 /// Least at k = 2e5, relaxation_time = 0.01, on tracked_proximity.
 TuneScore bowl_score(const TuneSetting& setting) {
     const MethodSpec spec = parse_method(setting.response);
@@ -185,8 +196,27 @@ TEST(TuneFile, FaultsAreNamedWithTheirPlace) {
     expect_place(refusal(penalty(R"("stiffness": {"from": 1, "to": 2})")), "/responses/0/ranges/stiffness");
     expect_place(refusal(penalty("")), "/responses/0/ranges: expected 1 to 4 parameters");
     expect_place(refusal(penalty(R"("k": {"from": 1, "to": 2})"), R"(, "limits": {"depth": 1})"), "/limits");
+    expect_place(refusal(penalty(R"("k": {"from": 1, "to": 2})"), R"(, "force_step_limit": {"times_reference": 2})"),
+                 "/force_step_limit");
     expect_place(refusal(penalty(R"("k": {"from": 1, "to": 2})"), R"(, "budget": {"local": 6})"), "/budget/local");
     expect_place(refusal(penalty(R"("k": {"from": 1, "to": 2})"), R"(, "budget": {"first": 4})"), "/budget");
+}
+
+TEST(TuneCommand, ASceneWithoutReferenceIsRefusedWhereTheLimitNeedsOne) {
+    const test::TemporaryFolder folder;
+    const std::filesystem::path scene = folder.path() / "poke.json";
+    std::filesystem::copy_file(std::string(TROCAR_SOURCE_DIR) + "/bench/studies/scenes/training/press_sheet_1.json",
+                               scene);
+    const std::filesystem::path file = folder.path() / "tune.json";
+    std::ofstream(file) << R"({"format": "trocar-tune-1", "name": "t", "detector": "ohc_clustered", "first_scenes": 1,
+        "scenes": ["poke.json"], "force_step_limit": {"times_reference": 2, "plus_N": 0.05},
+        "responses": [{"method": "penalty", "contacts": ["tracked_proximity"],
+                       "ranges": {"k": {"from": 1e4, "to": 1e6, "log": true}}}]})";
+    const auto out = folder.path() / "out";
+    const test::ProgramResult result = test::run_program("tune " + file.string() + " --output " + out.string());
+    EXPECT_EQ(result.status, 2);
+    EXPECT_NE(result.err.find("poke.json: expected a stored reference"), std::string::npos) << result.err;
+    EXPECT_FALSE(std::filesystem::exists(out)) << "nothing half-written";
 }
 
 TEST(TuneCommand, WritesTheSettingsAndGoesOnWhereItStopped) {
