@@ -212,6 +212,11 @@ int run_command(int argc, char** argv, const std::vector<std::string>& program) 
                     "repeated")
         ->take_all()
         ->allow_extra_args(false);
+    sub->add_option("--scenes", study_options.scenes,
+                    "A scene file, a pattern of files or a name of trocar scenes, in place of the scenes of every "
+                    "experiment; may be repeated")
+        ->take_all()
+        ->allow_extra_args(false);
     sub->add_option("--jobs", study_options.jobs,
                     "So many runs side by side, of those that nobody times (hard cases, metamorphic tests); timed ones "
                     "always run alone")

@@ -235,8 +235,8 @@ RunnerResult run_study(const Study& study, const std::vector<PlannedRun>& plan, 
     runner.binary = binary_identity();
     runner.time_limit_s = study.time_limit_s;
     runner.jobs = options.jobs;
-    for (const std::string& method : options.with)
-        runner.child_command.insert(runner.child_command.end(), {"--with", method});
+    const std::vector<std::string> changes = changes_of(options);
+    runner.child_command.insert(runner.child_command.end(), changes.begin(), changes.end());
     const std::map<std::string, std::string> here = environment();
     runner.environment = [&study, &here](const PlannedRun& run) {
         std::map<std::string, std::string> facts = method_facts(study, run);
@@ -264,9 +264,16 @@ Report write_study_report(const std::filesystem::path& study_file, const CommonO
     return write_report(directory, shipped_reports());
 }
 
+std::vector<std::string> changes_of(const StudyOptions& options) {
+    std::vector<std::string> words;
+    for (const std::string& method : options.with) words.insert(words.end(), {"--with", method});
+    for (const std::string& scenes : options.scenes) words.insert(words.end(), {"--scenes", scenes});
+    return words;
+}
+
 int study(const CommonOptions& common, const StudyOptions& options) {
     const Shard shard = options.shard ? read_shard(*options.shard) : Shard{};
-    const Study study = read_study(options.file, options.with, listed_scenes());
+    const Study study = read_study(options.file, options.with, listed_scenes(), options.scenes);
     if (!options.child_runs.empty()) return child(study, common, options);
     std::vector<PlannedRun> plan = completed_plan(study, common);
     const std::filesystem::path whole =

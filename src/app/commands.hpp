@@ -123,6 +123,7 @@ struct StudyOptions {
     std::filesystem::path file;
     int jobs = 1;                                 ///< parallel runs, untimed ones only
     std::vector<std::string> with;                ///< additional methods
+    std::vector<std::string> scenes;              ///< in place of those of the study
     std::optional<std::filesystem::path> output;  ///< default build/reports/<study>
     bool publish = false;                         ///< copy the finished report to reports/<study>
     bool plan_only = false;                       ///< print the run list and stop
@@ -135,6 +136,8 @@ struct StudyOptions {
     std::vector<std::int64_t> child_runs;
     std::optional<std::filesystem::path> child_output;
 };
+/// Words of the command line that say how the study differs from its file.
+std::vector<std::string> changes_of(const StudyOptions& options);
 int study(const CommonOptions& common, const StudyOptions& options);
 
 struct MergeOptions {

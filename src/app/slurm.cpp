@@ -59,7 +59,7 @@ std::string array_script(const std::vector<PlannedRun>& plan, const CommonOption
     const auto wants_quiet = [](const PlannedRun& run) { return !run.settled && is_timed(run.spec); };
     if (std::any_of(plan.begin(), plan.end(), wants_quiet)) text += "#SBATCH --exclusive\n";
     text += fmt::format("{} study {} --jobs {}", command_head(common), quoted(options.file.string()), options.jobs);
-    for (const std::string& method : options.with) text += " --with " + quoted(method);
+    for (const std::string& word : changes_of(options)) text += " " + quoted(word);
     const std::string task = "\"$SLURM_ARRAY_TASK_ID\"";
     text += fmt::format(" --shard {0}/{1} --output {2}/{0}-of-{1}", task, options.array, quoted(folder.string()));
     return text + command_tail(common);

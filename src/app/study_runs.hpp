@@ -14,8 +14,8 @@ namespace trocar::app {
 /// The plan with the facts of its scenes. Throws InputError.
 std::vector<PlannedRun> completed_plan(const Study& study, const CommonOptions& common);
 
-/// Makes the missing runs of the plan, with progress on a terminal. Uses `file`, `jobs` and `with` of the options.
-/// `timed`: false where nobody reads a time, so that all runs may execute in parallel.
+/// Makes the missing runs of the plan, with progress on a terminal. Uses `file`, `jobs`, `with` and `scenes` of the
+/// options. `timed`: false where nobody reads a time, so that all runs may execute in parallel.
 RunnerResult run_study(const Study& study, const std::vector<PlannedRun>& plan, const CommonOptions& common,
                        const StudyOptions& options, const std::filesystem::path& directory, bool timed);
 

@@ -26,8 +26,7 @@ namespace trocar {
 /// The seed draws place, direction, tilt, turn, speed, depth and tool size in every kind. It also draws k and the
 /// tissue's edge, size and turn. STUDIES, Judged scenes, has the ranges.
 ///
-/// No search of parameters may use drag_organ, side_organ, held_organ and over_bone. The search so far
-/// (reports/response_search) used three other scenes; press_sheet, stab_sheet and two_sheets are like them.
+/// No search of parameters may use drag_organ, side_organ, held_organ and over_bone.
 std::vector<DrawnScene> draw_judged_scenes(std::uint64_t seed);
 
 }  // namespace trocar

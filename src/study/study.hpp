@@ -110,8 +110,9 @@ struct Study {
 /// Strict reader. Throws InputError with a JSON pointer for an unknown key, wrong type, value out of range, missing
 /// scene, or unknown method or parameter. A method that this build lacks is no error. `with`: additional methods
 /// (study_items.hpp, add_method). `shipped`: scene files used when no file of that bare name lies beside the study.
+/// `scenes`: files, patterns or shipped names in place of the list "scenes" of every experiment that has one.
 Study read_study(const std::filesystem::path& file, const std::vector<std::string>& with = {},
-                 const std::vector<std::filesystem::path>& shipped = {});
+                 const std::vector<std::filesystem::path>& shipped = {}, const std::vector<std::string>& scenes = {});
 /// One line for each experiment without ratios because the reference detector does not run there.
 std::vector<std::string> reference_notes(const Study& study);
 

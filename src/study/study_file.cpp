@@ -14,6 +14,7 @@
 #include "simulate/overrides.hpp"
 #include "study/study.hpp"
 #include "study/study_items.hpp"
+#include "study/tuned_settings.hpp"
 
 namespace trocar {
 namespace {
@@ -282,6 +283,20 @@ Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::i
     return experiment;
 }
 
+/// A path with a folder is relative to the working directory, not to the study; a bare name is looked up as in a study.
+void replace_scenes(const std::vector<std::string>& scenes, Json& study) {
+    Json list = Json::array();
+    for (const std::string& scene : scenes) {
+        const std::filesystem::path path = scene;
+        const bool is_name = !path.has_parent_path() && !std::filesystem::exists(path);
+        list.push_back(is_name ? scene : std::filesystem::absolute(path).lexically_normal().string());
+    }
+    if (!study.contains("experiments") || !study["experiments"].is_array()) return;
+    for (Json& experiment : study["experiments"]) {
+        if (experiment.is_object() && experiment.contains("scenes")) experiment["scenes"] = list;
+    }
+}
+
 /// A text that names a folder.
 std::string folder_name(const JsonNode& node) {
     std::string name = node.text();
@@ -306,14 +321,16 @@ void read_quotes(const JsonNode& list, Study& study) {
 }  // namespace
 
 Study read_study(const std::filesystem::path& file, const std::vector<std::string>& with,
-                 const std::vector<std::filesystem::path>& shipped) {
+                 const std::vector<std::filesystem::path>& shipped, const std::vector<std::string>& scenes) {
     const SceneFiles files{file, shipped};
     const std::string file_name = file.string();
-    const Json document = parse_json(read_whole(file, "a study file"), file_name);
+    Json document = parse_json(read_whole(file, "a study file"), file_name);
+    resolve_tuned(document, file_name);
+    if (!scenes.empty()) replace_scenes(scenes, document);
     const JsonNode root = JsonNode(document, file_name).with_key_kind(NameKind::study_key);
     expect_object(root,
                   {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes",
-                   "experiments"},
+                   "tuned", "experiments"},
                   {"format", "name", "experiments"});
     root.at("format").expect_word(study_format);
 

@@ -75,6 +75,8 @@ Level read_method(const JsonNode& node, bool is_detector, const std::vector<std:
                   const MoreKeys& more_keys) {
     const bool plain = node.is_text();
     std::vector<std::string> keys{"method", "setting", "basis"};
+    // The key names what `method` was found for (study/tuned_settings.hpp).
+    if (!is_detector) keys.emplace_back("tuned");
     if (!inputs.empty()) keys.emplace_back("scenes");
     for (const auto& [key, read] : more_keys) keys.push_back(key);
     if (!plain) expect_object(node, keys, {"method"});
@@ -159,10 +161,17 @@ std::vector<Level> read_methods(const JsonNode& node, bool is_detector, const st
         });
         return methods;
     }
-    std::set<std::string> seen;
+    std::set<std::pair<std::string, std::vector<std::string>>> seen;  // with the steppers of a method's own
     for (const JsonNode& item : items_of(node)) {
-        methods.push_back(read_method(item, is_detector, inputs, more_keys));
-        if (!seen.insert(methods.back().text).second) item.fail("each method once", methods.back().text + " again");
+        Level method = read_method(item, is_detector, inputs, more_keys);
+        const auto steppers = method.only.find("steppers");
+        const std::vector<std::string> own =
+            steppers == method.only.end() ? std::vector<std::string>{} : steppers->second;
+        const bool first = seen.insert({method.text, own}).second;
+        const bool resolved = !item.is_text() && item.has("tuned");
+        if (!first && !resolved) item.fail("each method once", method.text + " again");
+        // A search that finds nothing better names the method as it comes, which the list may have already.
+        if (first) methods.push_back(std::move(method));
     }
     return methods;
 }

@@ -29,6 +29,7 @@ std::string study_schema() {
            "ramp": {"type": "number", "minimum": 0, "maximum": 10, "default": 0, "description": "Time in which the force rises after contact begins, s; 0: off"}}}]},
     "reference": {"$ref": "#/$defs/method", "description": "Detector that ratios of times are taken to"},
     "ours": {"$ref": "#/$defs/method", "description": "Response that page one sets against the best of the others; absent: methods written by us against foreign ones"},
+    "tuned": {"type": "string", "minLength": 1, "description": "File that trocar tune has written, relative to the study: for responses that are {\"tuned\": METHOD}"},
     "quotes": {
       "type": "array", "minItems": 1,
       "description": "Findings of other published reports on page one: a text with its source, or a report whose sentence and first table stand there",
@@ -78,9 +79,10 @@ std::string study_schema() {
     "methods": {"oneOf": [{"const": "all", "description": "Every method of trocar list, absent ones too"}, {"type": "array", "minItems": 1, "items": {"$ref": "#/$defs/method"}}]},
     "method": {"oneOf": [
       {"type": "string", "minLength": 1},
-      {"type": "object", "additionalProperties": false, "required": ["method"],
+      {"type": "object", "additionalProperties": false, "oneOf": [{"required": ["method"]}, {"required": ["tuned"]}],
        "properties": {
          "method": {"type": "string", "minLength": 1},
+         "tuned": {"type": "string", "minLength": 1, "description": "Responses, in place of method, setting and basis: the method, as the file of tuned settings names it, at the setting found for it with the default stepper, or with the one of 'steppers'"},
          "setting": {"enum": ["default", "recommended", "tuned"], "default": "default"},
          "reading_of": {"type": "string", "minLength": 1, "description": "Responses: the one of the list that this is at another value that its author leaves open; in place of setting and basis. Page 1 shows the range over the readings in the row of that one"},
          "most_triangles": {"type": "integer", "minimum": 1, "description": "Detectors on generated scenes: larger scenes are left out"},

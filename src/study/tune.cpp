@@ -312,7 +312,7 @@ std::string tuned_text(const Tune& tune, const std::vector<TuneResult>& results)
         limits[std::string(info_of(Metric::force_jump_max_n).name)] =
             fmt::format("{} reference_force_step_hard + {} N", tune.force_step->times_reference, tune.force_step->plus);
     }
-    return OrderedJson{{"format", "trocar-tuned-1"},
+    return OrderedJson{{"format", tuned_format},
                        {"tune", tune.name},
                        {"seed", tune.seed},
                        {"objective", fmt::format("median over {} scenes of log(residual_penetration_max_m + {} m)",

@@ -35,6 +35,9 @@ struct ForceStepLimit {
     double plus = 0.0;  ///< N
 };
 
+/// Format of the file of tuned settings.
+inline constexpr const char* tuned_format = "trocar-tuned-1";
+
 /// At most this many parameters of a response are searched, its generator among them.
 inline constexpr std::size_t most_tuned_parameters = 4;
 inline constexpr int tune_starts = 2;

@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -57,13 +60,22 @@ TEST(JudgedScenes, AreFiveOfEachOfTwelveKindsAndOfTheSeedAlone) {
     for (const auto& [kind, count] : kinds) EXPECT_EQ(count, 5) << kind;
 }
 
-/// The seed of the shipped scenes is the first 8 hex digits of the SHA-256 of the file of the searched settings, so
-/// that nobody has chosen it: sha256sum reports/response_search/results.csv.
+/// First 8 hex digits of the SHA-256 of a file, by coreutils.
+std::uint64_t seed_of(const std::filesystem::path& file) {
+    std::array<char, 9> digits{};
+    FILE* sum = popen(("sha256sum '" + file.string() + "'").c_str(), "r");
+    if (sum == nullptr || std::fread(digits.data(), 1, 8, sum) != 8) ADD_FAILURE() << "sha256sum does not run";
+    if (sum != nullptr) pclose(sum);
+    return std::strtoull(digits.data(), nullptr, 16);
+}
+
+/// The seed of the shipped scenes follows from the file of tuned settings, so that nobody has chosen it.
 TEST(JudgedScenes, OfTheStudyAreTheDrawOfItsSeed) {
     const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "bench/studies/scenes/judged";
     std::size_t files = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) files += entry.is_regular_file() ? 1 : 0;
-    const std::vector<DrawnScene> scenes = draw_judged_scenes(0xeccfd6b2);
+    const std::vector<DrawnScene> scenes =
+        draw_judged_scenes(seed_of(std::string(TROCAR_SOURCE_DIR) + "/bench/tuned.json"));
     EXPECT_EQ(files, scenes.size());
     for (const DrawnScene& scene : scenes) {
         EXPECT_EQ(read_whole(folder / (scene.name + ".json"), "a scene"), scene.text) << scene.name;
@@ -76,6 +88,7 @@ TEST(JudgedScenes, OfTheSearchAreOfAnotherSeedAndOfNoKindThatIsKeptFromIt) {
     for (const DrawnScene& scene : draw_judged_scenes(1)) drawn[scene.name] = scene.text;
     std::size_t files = 0;
     for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+        if (!entry.is_regular_file()) continue;
         const std::string name = entry.path().stem().string();
         ++files;
         EXPECT_EQ(read_whole(entry.path(), "a scene"), drawn[name]) << name;

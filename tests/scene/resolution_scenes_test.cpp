@@ -61,8 +61,8 @@ TEST(ResolutionScenes, AreTwentyFourOfEachGroupAndOfTheSeedAlone) {
     EXPECT_EQ(groups, expected);
 }
 
-/// The seed of the shipped scenes is the first 8 hex digits of the SHA-256 of the file of the searched settings, so
-/// that nobody has chosen it: sha256sum reports/response_search/results.csv.
+/// The seed of the shipped scenes is the first 8 hex digits of the SHA-256 of a former search's results, so that nobody
+/// has chosen it: `git show d54d16e0:reports/response_search/results.csv | sha256sum`.
 TEST(ResolutionScenes, OfTheStudyAreTheDrawOfItsSeed) {
     const std::filesystem::path folder = std::filesystem::path(TROCAR_SOURCE_DIR) / "bench/studies/scenes/resolution";
     std::size_t files = 0;

@@ -341,6 +341,45 @@ TEST_F(StudyFile, IsReadAsWritten) {
     EXPECT_EQ(loop.responses[1].basis, "five values of k");
 }
 
+TEST_F(StudyFile, OtherScenesStandInPlaceOfThoseOfEveryExperiment) {
+    const std::filesystem::path other = folder_.path() / "other";
+    std::filesystem::create_directory(other);
+    for (const char* name : {"x.json", "y.json"}) std::filesystem::copy_file(folder_.path() / "a.json", other / name);
+    const std::filesystem::path file = folder_.write("study.json", study_of({press, press}));
+    const Study study = read_study(file, {}, {}, {(other / "*.json").string()});
+    for (const Experiment& experiment : study.experiments) {
+        EXPECT_EQ(files_of(experiment), (std::vector<std::string>{(other / "x.json").string(), (other / "y.json").string()}));
+    }
+    EXPECT_THROW((void)read_study(file, {}, {}, {(other / "z*.json").string()}), InputError);
+}
+
+TEST_F(StudyFile, TunedResponsesComeFromTheFileOfTheSearchByMethodAndStepper) {
+    std::ofstream(folder_.path() / "tuned.json") << R"({"format":"trocar-tuned-1","responses":[
+        {"method":"penalty","stepper":"","setting":"penalty:k=7","contacts":"intersection"},
+        {"method":"penalty","stepper":"implicit","setting":"penalty:k=9","contacts":"tracked_proximity"},
+        {"method":"unilateral","stepper":"","setting":"unilateral","contacts":"tracked_proximity"}]})";
+    const auto study_with = [](const std::string& responses, const std::string& key = R"("tuned":"tuned.json",)") {
+        return study_of({closed_loop + R"("scenes":["a.json"],"detectors":["ohc"],"responses":[)" + responses + "]"},
+                        key);
+    };
+    const Study study = read(study_with(R"("unilateral",{"tuned":"unilateral"},{"tuned":"penalty"},
+        {"tuned":"penalty","steppers":["implicit"],"contacts":["native"]})"));
+    const std::vector<Level>& responses = study.experiments[0].responses;
+    ASSERT_EQ(responses.size(), 3U) << "nothing better was found for unilateral, which stands there already";
+    EXPECT_EQ(responses[0].setting, "default");
+    EXPECT_EQ(responses[1].text, "penalty:k=7");
+    EXPECT_EQ(responses[1].setting, "tuned");
+    EXPECT_NE(responses[1].basis.find("tuned.json"), std::string::npos) << responses[1].basis;
+    EXPECT_EQ(responses[1].only.at("contacts"), std::vector<std::string>{"intersection"});
+    EXPECT_EQ(responses[2].text, "penalty:k=9");
+    EXPECT_EQ(responses[2].only.at("contacts"), std::vector<std::string>{"native"}) << "what the study says stands";
+    const std::string place = "/experiments/0/responses/0";
+    expect_complaint(study_with(R"({"tuned":"penalty"})", ""), place + "/tuned: expected a study with the key 'tuned'");
+    expect_complaint(study_with(R"({"tuned":"impulse"})"), place + "/tuned: expected a method of tuned.json");
+    expect_complaint(study_with(R"({"tuned":"penalty","method":"penalty"})"), place + ": expected either");
+    expect_complaint(study_with(R"({"tuned":"penalty","steppers":["implicit","xpbd"]})"), place + "/steppers");
+}
+
 TEST_F(StudyFile, ARunHasTheSettingOfWhatItCompares) {
     const std::string tuned = R"({"method":"penalty","setting":"tuned","basis":"searched"})";
     const std::string recommended = R"({"method":"ohc","setting":"recommended","basis":"its authors"})";

@@ -1,17 +1,12 @@
 #!/usr/bin/env python3
-"""Two summaries of a study's results.csv that no section of a report has yet.
+"""Which part of a response does the work: a summary that no section of a report has yet.
 
-  bench/analysis.py search   reports/response_search/results.csv       the best setting of every response
-  bench/analysis.py ablation reports/ablation_contacts/results.csv.gz  which part of a response does the work
+  bench/ablation.py reports/ablation_contacts/results.csv.gz
 
-search: of every response the setting with the least mean over scenes of log(worst residual penetration + 0.02 edge),
-among those whose runs all end ok. Settings within 1 % of the least are tied;
-of these the one with the smallest force jump is taken. The edge is 5 mm, that of the scenes.
-
-ablation: shares of the variance of log(worst residual penetration + 0.02 edge) that each factor explains, as an
-analysis of variance with the scene as block, and the ratio of geometric means of the two laws at their best stiffness
-with a 90 % interval, bootstrapped over scenes. Then what the relaxation time, the force limit and the stepper change as
-single steps from the best cell, which are confounded with the law.
+Shares of the variance of log(worst residual penetration + 0.02 edge) that each factor explains, as an analysis of
+variance with the scene as block, and the ratio of geometric means of the two laws at their best stiffness with a 90 %
+interval, bootstrapped over scenes. The edge is 5 mm, that of the scenes. Then what the relaxation time, the force limit
+and the stepper change as single steps from the best cell, which are confounded with the law.
 """
 import csv
 import gzip
@@ -48,40 +43,6 @@ def log_depth(row):
 def parameters(method):
     name, _, rest = method.partition(":")
     return name, dict(item.split("=", 1) for item in rest.split(",") if "=" in item)
-
-
-def family(method):
-    name, given = parameters(method)
-    return name + (":profile=" + given["profile"] if "profile" in given else "")
-
-
-def search(rows):
-    runs = defaultdict(list)
-    for row in rows:
-        runs[(row["law"], row["contacts"])].append(row)
-    scenes = len({row["scene"] for row in rows})
-    best = defaultdict(list)
-    for (method, contacts), list_of in runs.items():
-        failed = sum(row["outcome"] != "ok" for row in list_of) + scenes - len(list_of)
-        jump = max((number(row, "force_jump_max_n") for row in list_of), default=math.nan)
-        if failed:
-            best[family(method)].append((math.inf, jump, method, contacts, failed, math.nan))
-            continue
-        objective = statistics.fmean(log_depth(row) for row in list_of)
-        worst = max(1e3 * number(row, "residual_penetration_max_m") for row in list_of)
-        best[family(method)].append((objective, jump, method, contacts, 0, worst))
-    print("| response | settings | of these ok | best setting | contacts | worst (mm) | force jump (N) | objective |")
-    print("|---|---:|---:|---|---|---:|---:|---:|")
-    for name, settings in sorted(best.items(), key=lambda item: min(item[1])[0]):
-        sound = [one for one in settings if math.isfinite(one[0])]
-        if not sound:
-            print(f"| {name} | {len(settings)} | 0 | none | | | | |")
-            continue
-        least = min(one[0] for one in sound)
-        tied = [one for one in sound if one[0] <= least + math.log(1.01)]
-        objective, jump, method, contacts, _, worst = min(tied, key=lambda one: (one[1], one[2]))
-        print(f"| {name} | {len(settings)} | {len(sound)} | `{method}` | {contacts} | {worst:.3g} | {jump:.3g} "
-              f"| {objective:.3f} |")
 
 
 def factors_of(row):
@@ -182,6 +143,6 @@ def ablation(rows):
 
 
 if __name__ == "__main__":
-    if len(sys.argv) != 3 or sys.argv[1] not in ("search", "ablation"):
+    if len(sys.argv) != 2:
         sys.exit(__doc__)
-    {"search": search, "ablation": ablation}[sys.argv[1]](read(sys.argv[2]))
+    ablation(read(sys.argv[1]))
