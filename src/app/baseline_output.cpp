@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "app/json_values.hpp"
+#include "app/junit.hpp"
 #include "geometry/input_error.hpp"
-#include "report/document.hpp"
 
 namespace trocar::app {
 namespace {
@@ -151,12 +151,6 @@ const char* frames_word(const BaselineReport& report) {
     return report.same_frames ? "same" : "changed";
 }
 
-/// Text of a file or name as XML takes it: no control characters, valid UTF-8.
-std::string xml_text(const std::string& text) {
-    constexpr std::size_t longest = 10'000;
-    return escape_xml(printable_line(text, longest));
-}
-
 }  // namespace
 
 const char* name_of(FindingState state) {
@@ -200,40 +194,29 @@ std::string baseline_json(const std::vector<BaselineReport>& reports, bool writt
 }
 
 std::string baseline_junit(const std::vector<BaselineReport>& reports) {
-    const auto counts = [](const BaselineReport& report) {
-        std::size_t failures = 0;
-        std::size_t skipped = 0;
-        for (const BaselineFinding& finding : report.findings) {
-            failures += is_failure(finding.state) ? 1 : 0;
-            skipped += finding.state == FindingState::not_kept ? 1 : 0;
-        }
-        return fmt::format("tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"{}\"", report.findings.size(), failures,
-                           skipped);
-    };
-    std::string text = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"trocar baseline\">\n";
+    std::vector<JUnitSuite> suites;
     for (const BaselineReport& report : reports) {
-        const std::string source = xml_text(report.source);
-        text += fmt::format("  <testsuite name=\"{}\" {}>\n", source, counts(report));
+        JUnitSuite& suite = suites.emplace_back();
+        suite.name = report.source;
         for (const BaselineFinding& finding : report.findings) {
-            text += fmt::format("    <testcase classname=\"{}\" name=\"{}\"", source, xml_text(finding.detector));
-            const std::string reported = xml_text(finding_text(finding));
+            JUnitCase& one = suite.cases.emplace_back();
+            one.name = finding.detector;
+            one.message = finding_text(finding);
             if (is_failure(finding.state)) {
-                const bool other_frames = finding.state == FindingState::worse;
-                text += fmt::format(">\n      <failure type=\"{}\" message=\"{}\">", name_of(finding.state), reported);
-                if (other_frames) text += "the frames are others: judged by truth alone\n";
-                for (const NamedDifference& named : finding.worst) text += xml_text(difference_text(named)) + "\n";
-                text += "</failure>\n    </testcase>\n";
+                one.result = JUnitCase::Result::failed;
+                one.type = name_of(finding.state);
+                if (finding.state == FindingState::worse)
+                    one.details = "the frames are others: judged by truth alone\n";
+                for (const NamedDifference& named : finding.worst) one.details += difference_text(named) + "\n";
             } else if (finding.state == FindingState::not_kept) {
-                text += fmt::format(">\n      <skipped message=\"nothing is kept of it; {}\"/>\n    </testcase>\n",
-                                    reported);
+                one.result = JUnitCase::Result::skipped;
+                one.message = "nothing is kept of it; " + one.message;
             } else {
-                text += fmt::format(">\n      <system-out>{}: {}</system-out>\n    </testcase>\n",
-                                    name_of(finding.state), reported);
+                one.message = std::string(name_of(finding.state)) + ": " + one.message;
             }
         }
-        text += "  </testsuite>\n";
     }
-    return text + "</testsuites>\n";
+    return junit_text("trocar baseline", suites);
 }
 
 }  // namespace trocar::app

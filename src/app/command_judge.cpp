@@ -10,6 +10,7 @@
 
 #include "app/commands.hpp"
 #include "app/frame_figures.hpp"
+#include "app/junit.hpp"
 #include "app/run_choice.hpp"
 #include "app/view_runs.hpp"
 #include "app/worst_tick.hpp"
@@ -110,25 +111,18 @@ void add_limits(const JudgeOptions& options, const std::optional<double>& penetr
     add(options.max_self_intersections, "self_intersections_max", judged.self_intersections, "");
 }
 
-std::string junit(const Judged& judged) {
-    const auto broken =
-        std::count_if(judged.limits.begin(), judged.limits.end(), [](const Limit& limit) { return !limit.kept(); });
-    const auto safe = [](const std::string& text) { return escape_xml(printable_line(text)); };
-    std::string text = fmt::format(
-        "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites name=\"trocar judge\">\n"
-        "  <testsuite name=\"{}\" tests=\"{}\" failures=\"{}\" errors=\"0\" skipped=\"0\">\n",
-        safe(judged.name), judged.limits.size(), broken);
+std::string limits_junit(const Judged& judged) {
+    JUnitSuite suite{.name = judged.name, .cases = {}};
     for (const Limit& limit : judged.limits) {
         const std::string at = limit.figure == "residual_penetration_max_m" && judged.worst_tick >= 0
                                    ? fmt::format(" (frame {})", judged.worst_tick)
                                    : std::string();
-        text += fmt::format("    <testcase classname=\"{}\" name=\"{}\">\n", safe(judged.name), limit.figure);
-        text += limit.kept() ? fmt::format("      <system-out>{}</system-out>\n", limit.text() + at)
-                             : fmt::format("      <failure type=\"{}\" message=\"{}\"/>\n",
-                                           std::isnan(limit.value) ? "unknown" : "limit", limit.text() + at);
-        text += "    </testcase>\n";
+        suite.cases.push_back({.name = limit.figure,
+                               .result = limit.kept() ? JUnitCase::Result::passed : JUnitCase::Result::failed,
+                               .type = std::isnan(limit.value) ? "unknown" : "limit",
+                               .message = limit.text() + at});
     }
-    return text + "  </testsuite>\n</testsuites>\n";
+    return junit_text("trocar judge", {suite});
 }
 
 std::string json_text(const JudgeOptions& options, const Judged& judged) {
@@ -319,7 +313,7 @@ int judge(const CommonOptions& common, const JudgeOptions& options) {
         }
         folder->keep();
     }
-    if (options.junit) write_whole(*options.junit, junit(judged));
+    if (options.junit) write_whole(*options.junit, limits_junit(judged));
     if (common.json) {
         fmt::print("{}", document);
     } else {

@@ -14,7 +14,7 @@ double ratio(double part, double whole) { return whole > 0.0 ? part / whole : no
 
 double largest(const std::vector<double>& values) { return quantile(values, 1.0); }
 
-double p99(const std::vector<double>& values) { return tail_quantile(values, 0.99).value_or(not_known); }
+double p99(const std::vector<double>& values) { return quantile_with_ten_above(values, 0.99); }
 
 /// A figure of every row.
 std::vector<double> column(const std::vector<StepRow>& rows, double StepRow::*figure) {
@@ -67,7 +67,7 @@ void add_times(const std::vector<StepRow>& rows, bool replay, std::int64_t warm_
     figures[Metric::total_median_ns] = median(total);
     figures[Metric::total_p90_ns] = quantile(total, 0.9);
     figures[Metric::total_p99_ns] = p99(total);
-    figures[Metric::total_p999_ns] = tail_quantile(total, 0.999).value_or(not_known);
+    figures[Metric::total_p999_ns] = quantile_with_ten_above(total, 0.999);
     figures[Metric::total_max_ns] = largest(total);
     figures[Metric::deadline_misses] = misses;
     figures[Metric::longest_burst] = longest_burst;

@@ -14,12 +14,6 @@ Bounds middle(const std::vector<double>& statistics) {
     return {.low = quantile(statistics, 0.025), .high = quantile(statistics, 0.975)};
 }
 
-/// Number of values from which a quantile is printed.
-std::int64_t smallest_count(double q) {
-    if (q <= 0.9) return 1;
-    return q <= 0.99 ? 1000 : 100000;
-}
-
 /// Of at least one value, ascending.
 double quantile_of_sorted(const std::vector<double>& values, double q) {
     const double place = std::clamp(q, 0.0, 1.0) * static_cast<double>(values.size() - 1);
@@ -41,15 +35,10 @@ double quantile(std::vector<double> values, double q) {
     return quantile_of_sorted(values, q);
 }
 
-std::optional<double> tail_quantile(const std::vector<double>& values, double q) {
-    const auto known = std::count_if(values.begin(), values.end(), [](double value) { return !std::isnan(value); });
-    if (known < smallest_count(q)) return std::nullopt;
-    return quantile(values, q);
-}
-
 double quantile_with_ten_above(const std::vector<double>& values, double q) {
     constexpr double rounding = 1e-9;
-    return static_cast<double>(values.size()) * (1.0 - q) < 10.0 - rounding ? not_known : quantile(values, q);
+    const auto known = std::count_if(values.begin(), values.end(), [](double value) { return !std::isnan(value); });
+    return static_cast<double>(known) * (1.0 - q) < 10.0 - rounding ? not_known : quantile(values, q);
 }
 
 double geometric_mean(const std::vector<double>& values) {

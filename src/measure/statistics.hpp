@@ -20,11 +20,8 @@ double median(std::vector<double> values);
 /// Quantile 0 <= q <= 1 by linear interpolation between order statistics (Hyndman and Fan 1996, type 7); NaN for none.
 double quantile(std::vector<double> values, double q);
 
-/// As quantile, but nothing ("n too small") for too few values. The smallest count is 1 up to q = 0.9, 1000 up to 0.99,
-/// 1e5 beyond (STUDIES, Measuring).
-std::optional<double> tail_quantile(const std::vector<double>& values, double q);
-
-/// As quantile, but NaN where fewer than ten values lie above it: for fewer than 1000 values at 99 %, 10 000 at 99.9 %.
+/// As quantile, but NaN where fewer than ten known values lie above it: for fewer than 1000 of them at 99 %, 10 000 at
+/// 99.9 % (STUDIES, Measuring).
 double quantile_with_ten_above(const std::vector<double>& values, double q);
 
 /// Positive values only; NaN for none or when one is not positive.

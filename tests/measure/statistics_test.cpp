@@ -30,25 +30,14 @@ TEST(Quantile, KnownValues) {
     EXPECT_EQ(quantile({5, 1}, 1.0), 5.0);
 }
 
-TEST(TailQuantile, TooFewTicksGiveNoAnswer) {
-    std::vector<double> values(999, 1.0);
-    EXPECT_FALSE(tail_quantile(values, 0.99).has_value());
-    values.push_back(nan);
-    EXPECT_FALSE(tail_quantile(values, 0.99).has_value()) << "a NaN is no tick";
-    values.push_back(1.0);
-    EXPECT_TRUE(tail_quantile(values, 0.99).has_value());
-    EXPECT_FALSE(tail_quantile(values, 0.999).has_value());
-    values.resize(100001, 1.0);
-    EXPECT_TRUE(tail_quantile(values, 0.999).has_value());
-    EXPECT_TRUE(tail_quantile({1.0}, 0.5).has_value());
-}
-
 TEST(TailQuantile, TenValuesLieAboveAQuantile) {
     std::vector<double> values(999, 1.0);
     EXPECT_TRUE(std::isnan(quantile_with_ten_above(values, 0.99)));
+    values.push_back(nan);
+    EXPECT_TRUE(std::isnan(quantile_with_ten_above(values, 0.99))) << "a NaN is no tick";
     values.push_back(1.0);
     EXPECT_EQ(quantile_with_ten_above(values, 0.99), 1.0);
-    values.resize(9999, 1.0);
+    values.resize(10000, 1.0);
     EXPECT_TRUE(std::isnan(quantile_with_ten_above(values, 0.999)));
     values.push_back(2.0);
     EXPECT_EQ(quantile_with_ten_above(values, 0.999), 1.0);
