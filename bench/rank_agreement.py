@@ -34,7 +34,7 @@ def tau_b(a, b):
     sign = lambda x, y: (x > y) - (x < y)
     signs = [(sign(a[i], a[j]), sign(b[i], b[j])) for i, j in combinations(range(len(a)), 2)]
     untied = math.sqrt(sum(s != 0 for s, _ in signs) * sum(t != 0 for _, t in signs))
-    return sum(s * t for s, t in signs) / untied
+    return sum(s * t for s, t in signs) / untied if untied else math.nan
 
 
 def main():

@@ -214,7 +214,8 @@ int run_command(int argc, char** argv, const std::vector<std::string>& program) 
         ->allow_extra_args(false);
     sub->add_option("--scenes", study_options.scenes,
                     "A scene file, a pattern of files or a name of trocar scenes, in place of the scenes of every "
-                    "experiment; may be repeated")
+                    "experiment; may be repeated; wants --output")
+        ->excludes("--publish")
         ->take_all()
         ->allow_extra_args(false);
     sub->add_option("--jobs", study_options.jobs,

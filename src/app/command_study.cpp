@@ -15,6 +15,7 @@
 #include "app/view_pages.hpp"
 #include "app/worst_tick.hpp"
 #include "geometry/input_error.hpp"
+#include "geometry/text.hpp"
 #include "geometry/whole_file.hpp"
 #include "measure/environment.hpp"
 #include "report/page_assets.hpp"
@@ -238,8 +239,13 @@ RunnerResult run_study(const Study& study, const std::vector<PlannedRun>& plan, 
     const std::vector<std::string> changes = changes_of(options);
     runner.child_command.insert(runner.child_command.end(), changes.begin(), changes.end());
     const std::map<std::string, std::string> here = environment();
-    runner.environment = [&study, &here](const PlannedRun& run) {
+    std::string changes_text;
+    for (const std::string& word : changes) {
+        changes_text += (changes_text.empty() ? "" : " ") + (word.starts_with("--") ? word : shell_word(word));
+    }
+    runner.environment = [&study, &here, changes_text](const PlannedRun& run) {
         std::map<std::string, std::string> facts = method_facts(study, run);
+        if (!changes_text.empty()) facts["study.changes"] = changes_text;
         facts.insert(here.begin(), here.end());
         return facts;
     };
@@ -272,6 +278,9 @@ std::vector<std::string> changes_of(const StudyOptions& options) {
 }
 
 int study(const CommonOptions& common, const StudyOptions& options) {
+    if (!options.scenes.empty() && !options.output && !options.plan_only && options.child_runs.empty()) {
+        throw InputError("command line", "--scenes", "--output beside it: a folder of its own", "none");
+    }
     const Shard shard = options.shard ? read_shard(*options.shard) : Shard{};
     const Study study = read_study(options.file, options.with, listed_scenes(), options.scenes);
     if (!options.child_runs.empty()) return child(study, common, options);

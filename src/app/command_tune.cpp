@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/commands.hpp"
 #include "app/shipped.hpp"
@@ -26,9 +27,26 @@ TuneSetting as_it_comes(const TunedResponse& response) {
     return {.response = response.method, .contacts = response.contacts.front()};
 }
 
+/// Hashes of the scenes whose hard reference limits force steps. Throws InputError where one is neither stored nor said
+/// to be absent.
+std::set<std::string> scenes_with_reference(const Tune& tune, const CommonOptions& common) {
+    std::set<std::string> hashes;
+    if (!tune.force_step) return hashes;
+    for (const std::string& scene : tune.scenes) {
+        const FoundReference found = find_reference(read_scene(scene, common.data));
+        if (found.state != ReferenceState::present) {
+            throw InputError(scene, "", "a stored reference, which force_step_limit needs (`trocar reference SCENE`)",
+                             found.reference.hard.reason);
+        }
+        if (found.reference.hard.available) hashes.insert(found.reference.scene_hash);
+    }
+    return hashes;
+}
+
 /// Scores of one stage, one map per response; empty when it was interrupted.
 std::vector<Scores> run_stage(const Tune& tune, int stage, const std::vector<std::vector<TuneSetting>>& settings,
-                              const CommonOptions& common, const TuneOptions& options) {
+                              const std::set<std::string>& with_reference, const CommonOptions& common,
+                              const TuneOptions& options) {
     const std::filesystem::path folder = options.output / fmt::format("stage_{}", stage);
     std::filesystem::create_directories(folder);
     StudyOptions stage_options;
@@ -41,6 +59,11 @@ std::vector<Scores> run_stage(const Tune& tune, int stage, const std::vector<std
     std::map<TuneSetting, std::map<std::string, std::vector<const Record*>>> runs;  // by setting and stepper
     const std::vector<Record> records = read_records(folder);
     for (const Record& record : records) {
+        if (record.outcome.ok() && with_reference.contains(record.spec.scene_hash) &&
+            std::isnan(value_of(record.summary, Metric::reference_force_step_hard))) {
+            throw InputError(folder.string(), "", "runs made with the references of the scenes in place",
+                             "older ones (--output names another folder)");
+        }
         runs[{record.spec.response, record.spec.contacts}][record.spec.stepper].push_back(&record);
     }
     std::vector<Scores> scores(settings.size());
@@ -52,17 +75,6 @@ std::vector<Scores> run_stage(const Tune& tune, int stage, const std::vector<std
     return scores;
 }
 
-/// Throws InputError where the limit on force steps needs a reference that is neither stored nor said to be absent.
-void check_references(const Tune& tune, const CommonOptions& common) {
-    if (!tune.force_step) return;
-    for (const std::string& scene : tune.scenes) {
-        const FoundReference found = find_reference(read_scene(scene, common.data));
-        if (found.state == ReferenceState::present) continue;
-        throw InputError(scene, "", "a stored reference, which force_step_limit needs (`trocar reference SCENE`)",
-                         found.reference.hard.reason);
-    }
-}
-
 std::string depth_text(const TuneScore& score, const Tune& tune) {
     const double depth = 1e3 * (std::exp(score.objective) - tune.depth_offset);
     return std::isfinite(depth) ? fmt::format("{:.3g} mm", depth) : std::string("fails");
@@ -72,7 +84,7 @@ std::string depth_text(const TuneScore& score, const Tune& tune) {
 
 int tune(const CommonOptions& common, const TuneOptions& options) {
     const Tune tune = read_tune(options.file, listed_scenes());
-    check_references(tune, common);
+    const std::set<std::string> with_reference = scenes_with_reference(tune, common);
     std::vector<TuneSearch> searches;  // starts of the first response, of the second one, ...
     for (const TunedResponse& response : tune.responses) {
         for (int start = 0; start < tune_starts; ++start) searches.emplace_back(tune, response, start);
@@ -90,7 +102,7 @@ int tune(const CommonOptions& common, const TuneOptions& options) {
             std::sort(settings[i].begin(), settings[i].end());
             settings[i].erase(std::unique(settings[i].begin(), settings[i].end()), settings[i].end());
         }
-        const std::vector<Scores> scores = run_stage(tune, stage, settings, common, options);
+        const std::vector<Scores> scores = run_stage(tune, stage, settings, with_reference, common, options);
         if (scores.empty()) {
             fmt::print(stderr, "trocar tune: interrupted in stage {} of {}; the same command goes on there\n", stage,
                        TuneSearch::stages);

@@ -12,6 +12,7 @@
 #include "export/exporter.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/size_limits.hpp"
+#include "geometry/text.hpp"
 #include "geometry/whole_file.hpp"
 #include "study/runner.hpp"
 
@@ -23,30 +24,23 @@ std::filesystem::path shards_folder(std::filesystem::path whole) {
     return whole += ".shards";
 }
 
-/// One word for a shell.
-std::string quoted(const std::string& word) {
-    std::string text = "'";
-    for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-    return text + "'";
-}
-
 /// Start of a script for sbatch, up to the command.
 std::string script_head(const std::string& name, const std::filesystem::path& log) {
     return fmt::format("#!/bin/sh\n#SBATCH --job-name={}\n#SBATCH --output=\"{}\"\n", name, log.string());
 }
 
 std::string command_head(const CommonOptions& common) {
-    std::string text = "cd " + quoted(std::filesystem::current_path().string()) + " && exec";
+    std::string text = "cd " + shell_word(std::filesystem::current_path().string()) + " && exec";
     for (const std::string& word : common.program) {
         // On another node this names another program.
-        text += " " + quoted(word == "/proc/self/exe" ? std::filesystem::read_symlink(word).string() : word);
+        text += " " + shell_word(word == "/proc/self/exe" ? std::filesystem::read_symlink(word).string() : word);
     }
     return text;
 }
 
 std::string command_tail(const CommonOptions& common) {
-    return (common.data ? " --data " + quoted(common.data->string()) : "") + (are_sizes_limited() ? "" : " --large") +
-           "\n";
+    return (common.data ? " --data " + shell_word(common.data->string()) : "") +
+           (are_sizes_limited() ? "" : " --large") + "\n";
 }
 
 std::string array_script(const std::vector<PlannedRun>& plan, const CommonOptions& common, const StudyOptions& options,
@@ -58,16 +52,16 @@ std::string array_script(const std::vector<PlannedRun>& plan, const CommonOption
     // A time that is measured beside other jobs is worth nothing.
     const auto wants_quiet = [](const PlannedRun& run) { return !run.settled && is_timed(run.spec); };
     if (std::any_of(plan.begin(), plan.end(), wants_quiet)) text += "#SBATCH --exclusive\n";
-    text += fmt::format("{} study {} --jobs {}", command_head(common), quoted(options.file.string()), options.jobs);
-    for (const std::string& word : changes_of(options)) text += " " + quoted(word);
+    text += fmt::format("{} study {} --jobs {}", command_head(common), shell_word(options.file.string()), options.jobs);
+    for (const std::string& word : changes_of(options)) text += " " + shell_word(word);
     const std::string task = "\"$SLURM_ARRAY_TASK_ID\"";
-    text += fmt::format(" --shard {0}/{1} --output {2}/{0}-of-{1}", task, options.array, quoted(folder.string()));
+    text += fmt::format(" --shard {0}/{1} --output {2}/{0}-of-{1}", task, options.array, shell_word(folder.string()));
     return text + command_tail(common);
 }
 
 /// Number of the submitted job.
 std::string submit(const std::string& options, const std::filesystem::path& script) {
-    const std::string command = "sbatch --parsable " + options + quoted(script.string()) + " 2>&1";
+    const std::string command = "sbatch --parsable " + options + shell_word(script.string()) + " 2>&1";
     std::FILE* pipe = popen(command.c_str(), "r");
     std::string answer;
     std::array<char, 256> bytes{};
@@ -107,8 +101,8 @@ int submit_to_slurm(const Study& study, const std::vector<PlannedRun>& plan, con
     if (error) throw InputError(folder.string(), "", "a folder that can be made", error.message());
     write_whole(folder / "array.sh", array_script(plan, common, options, name, folder));
     write_whole(folder / "merge.sh", script_head(name + "-merge", folder / "merge.log") + command_head(common) +
-                                         fmt::format(" merge {} {}/*-of-{}", quoted(whole.string()),
-                                                     quoted(folder.string()), options.array) +
+                                         fmt::format(" merge {} {}/*-of-{}", shell_word(whole.string()),
+                                                     shell_word(folder.string()), options.array) +
                                          command_tail(common));
     const std::string array_job = submit("", folder / "array.sh");
     std::string merge_job;

@@ -11,6 +11,9 @@ namespace trocar {
 /// Escapes the five XML entities.
 std::string escape_xml(std::string_view text);
 
+/// The text as one word of a POSIX shell's command line, in single quotes.
+std::string shell_word(std::string_view text);
+
 /// RFC 4648, with padding.
 std::string base64(std::string_view bytes);
 

@@ -83,11 +83,6 @@ Figures figures_of(const Results& results, const Method& method) {
     return figures;
 }
 
-std::string study_command(const Batch& batch) {
-    const std::string& file = fact_of(batch.records.front(), "study.file");
-    return file.empty() ? std::string() : "trocar study " + file;
-}
-
 struct StatusCounts {
     int ok = 0, failed = 0, excluded = 0, missing = 0;
 };
@@ -126,7 +121,7 @@ public:
                                   .style = tally.failed > 0 ? TableRow::Style::failed
                                            : place.last     ? TableRow::Style::normal
                                                             : TableRow::Style::dominated,
-                                  .command = study_command(batches_[b])});
+                                  .command = study_command(batches_[b].records)});
         }
     }
 
@@ -186,7 +181,7 @@ private:
         std::vector<std::string> scenes{scene};
         if (scene.empty()) scenes = draft.results.scenes(method.mode);
         const std::string one = method.mode == "closed_loop" ? run_command(draft, method, scenes) : std::string();
-        return one.empty() ? study_command(batches_[batch]) : one;
+        return one.empty() ? study_command(batches_[batch].records) : one;
     }
 
     /// Every cell of the last version of each machine.

@@ -36,6 +36,13 @@ bool names_method(const std::string& header) {
 
 }  // namespace
 
+std::string study_command(const std::vector<Record>& records) {
+    const std::string file = common_fact(records, "study.file");
+    if (file.empty()) return {};
+    const std::string changes = common_fact(records, "study.changes");
+    return "trocar study " + file + (changes.empty() ? "" : " " + changes);
+}
+
 std::string run_command(const Draft& draft, const Method& method, const std::vector<std::string>& scenes) {
     std::vector<std::string> files;
     std::set<std::string> options;

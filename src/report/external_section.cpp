@@ -199,7 +199,7 @@ std::string reading_text(const ExternalPart& part, const Record& example) {
 /// Source, licence and command.
 std::string origin_text(const Draft& draft, const ExternalPart& part, const Record& example) {
     return "Source: " + fact_of(example, "case.source") + ". Licence: " + fact_of(example, "case.licence") +
-           ". Command: " + code("TROCAR_DATA=FOLDER trocar study " + common_fact(draft.records, "study.file")) + "." +
+           ". Command: " + code("TROCAR_DATA=FOLDER " + study_command(draft.records)) + "." +
            decided_here_text(draft, part) + not_run_text(draft, part);
 }
 

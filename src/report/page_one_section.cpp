@@ -41,8 +41,7 @@ std::string origin(const Draft& draft) {
     const std::string frames = frames_digest(draft);
     if (!frames.empty()) text += " Frames " + code(frames) + ".";
     text += " This page again: " + code("trocar report .") +
-            " in its folder; the records anew: " + code("trocar study " + common_fact(draft.records, "study.file")) +
-            ".";
+            " in its folder; the records anew: " + code(study_command(draft.records)) + ".";
     if (names_thesis(draft)) text += " " + std::string(thesis_named) + ".";
     return text;
 }
@@ -230,7 +229,7 @@ QuotedReport quote_of(const std::string& name, const std::vector<Record>& record
         quoted.table.note += fmt::format(" This study repeats {} of them; {} end in the same state, bit by bit.",
                                          quoted.repeated.size(), quoted.repeated.size() - quoted.different.size());
     }
-    for (TableRow& row : quoted.table.rows) row.command = "trocar study " + common_fact(records, "study.file");
+    for (TableRow& row : quoted.table.rows) row.command = study_command(records);
     return quoted;
 }
 

@@ -75,7 +75,7 @@ Report compose(const std::vector<Record>& records, const std::string& worst_tick
     add_glossary(draft);
     add_rebuild(draft);
     add_commands(draft);
-    draft.document.command = "trocar study " + common_fact(draft.records, "study.file");
+    draft.document.command = study_command(draft.records);
     const bool interactive =
         std::any_of(draft.document.blocks.begin(), draft.document.blocks.end(), [](const Block& block) {
             const auto* figure = std::get_if<Figure>(&block);

@@ -29,8 +29,8 @@ void add_rebuild(Draft& draft) {
     draft.heading(2, "Files and how to rebuild");
     draft.document.blocks.emplace_back(
         CodeBlock{fmt::format("trocar report DIR    # this report from the records, byte for byte\n"
-                              "trocar study {}    # the records: other times, same pairs and motion",
-                              common_fact(draft.records, "study.file"))});
+                              "{}    # the records: other times, same pairs and motion",
+                              study_command(draft.records))});
     draft.paragraph(
         "`records.jsonl.gz`: every run with its specification, environment and ticks (of a closed loop the judged "
         "ones). "

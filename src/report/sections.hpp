@@ -16,6 +16,8 @@ namespace trocar {
 
 /// Common value of a fact over all records, or the first eight values and how many more when they differ.
 std::string common_fact(const std::vector<Record>& records, const std::string& key, bool* mixed = nullptr);
+/// Command that makes the records anew, with what the command line changed of the study; empty: unknown.
+std::string study_command(const std::vector<Record>& records);
 
 /// Part of another published report that page 1 repeats.
 struct QuotedReport {

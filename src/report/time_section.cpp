@@ -42,7 +42,7 @@ void add_latency(Draft& draft) {
     draft.heading(2, "Haptic table");
     draft.paragraph(
         "Latency of single ticks in the back-to-back loop. " + draft.interval_note("") +
-        " p99 needs 1000 ticks, p99.9 a hundred thousand: a long study. " +
+        " p99 needs 1000 ticks, p99.9 ten thousand. " +
         (paced ? "Misses in these tables are ticks that took longer than 1 ms; the loop that the clock releases "
                  "follows them."
                : "The paced 1 kHz loop is not part of this study: misses here are ticks that took longer than 1 ms.") +

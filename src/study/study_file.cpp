@@ -37,6 +37,7 @@ MoreKeys choices_of_response(const Experiment& experiment) {
         {"contacts",
          [](const JsonNode& node, Level& response) { response.only["contacts"] = read_contact_generators(node); }},
         {"steppers", [](const JsonNode& node, Level& response) { response.only["steppers"] = read_steppers(node); }},
+        {"tuned", [](const JsonNode&, Level&) {}},  // resolve_tuned has read it
         {"reading_of", [](const JsonNode& node, Level& response) {
              if (response.setting != "default") node.fail("no 'setting' beside it", response.setting);
              response.reading_of = node.text();
@@ -283,18 +284,30 @@ Experiment read_experiment(const JsonNode& node, const SceneFiles& files, std::i
     return experiment;
 }
 
-/// A path with a folder is relative to the working directory, not to the study; a bare name is looked up as in a study.
-void replace_scenes(const std::vector<std::string>& scenes, Json& study) {
+/// Puts `scenes` in place of every list of scenes. They are paths and patterns from the working directory, or names as
+/// in a study. A method's own choice among the former scenes is void.
+void replace_scenes(const std::vector<std::string>& scenes, const std::vector<std::filesystem::path>& shipped,
+                    Json& study) {
+    const Json given = scenes;
+    const std::string flag = "--scenes";
     Json list = Json::array();
-    for (const std::string& scene : scenes) {
-        const std::filesystem::path path = scene;
-        const bool is_name = !path.has_parent_path() && !std::filesystem::exists(path);
-        list.push_back(is_name ? scene : std::filesystem::absolute(path).lexically_normal().string());
+    for (const std::string& file : read_scenes(JsonNode(given, flag), {"", shipped, "the working directory"})) {
+        list.push_back(std::filesystem::absolute(file).lexically_normal().string());
     }
+    bool taken = false;
     if (!study.contains("experiments") || !study["experiments"].is_array()) return;
     for (Json& experiment : study["experiments"]) {
-        if (experiment.is_object() && experiment.contains("scenes")) experiment["scenes"] = list;
+        if (!experiment.is_object() || !experiment.contains("scenes")) continue;
+        experiment["scenes"] = list;
+        taken = true;
+        for (const char* methods : {"detectors", "responses"}) {
+            if (!experiment.contains(methods) || !experiment[methods].is_array()) continue;
+            for (Json& method : experiment[methods]) {
+                if (method.is_object()) method.erase("scenes");
+            }
+        }
     }
+    if (!taken) throw InputError(flag, "", "a study with scenes", "one without");
 }
 
 /// A text that names a folder.
@@ -326,7 +339,7 @@ Study read_study(const std::filesystem::path& file, const std::vector<std::strin
     const std::string file_name = file.string();
     Json document = parse_json(read_whole(file, "a study file"), file_name);
     resolve_tuned(document, file_name);
-    if (!scenes.empty()) replace_scenes(scenes, document);
+    if (!scenes.empty()) replace_scenes(scenes, shipped, document);
     const JsonNode root = JsonNode(document, file_name).with_key_kind(NameKind::study_key);
     expect_object(root,
                   {"format", "name", "seed", "repetitions", "time_limit_s", "device", "reference", "ours", "quotes",

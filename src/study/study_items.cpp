@@ -75,8 +75,6 @@ Level read_method(const JsonNode& node, bool is_detector, const std::vector<std:
                   const MoreKeys& more_keys) {
     const bool plain = node.is_text();
     std::vector<std::string> keys{"method", "setting", "basis"};
-    // The key names what `method` was found for (study/tuned_settings.hpp).
-    if (!is_detector) keys.emplace_back("tuned");
     if (!inputs.empty()) keys.emplace_back("scenes");
     for (const auto& [key, read] : more_keys) keys.push_back(key);
     if (!plain) expect_object(node, keys, {"method"});
@@ -161,17 +159,14 @@ std::vector<Level> read_methods(const JsonNode& node, bool is_detector, const st
         });
         return methods;
     }
-    std::set<std::pair<std::string, std::vector<std::string>>> seen;  // with the steppers of a method's own
+    std::set<std::string> seen;
     for (const JsonNode& item : items_of(node)) {
-        Level method = read_method(item, is_detector, inputs, more_keys);
-        const auto steppers = method.only.find("steppers");
-        const std::vector<std::string> own =
-            steppers == method.only.end() ? std::vector<std::string>{} : steppers->second;
-        const bool first = seen.insert({method.text, own}).second;
-        const bool resolved = !item.is_text() && item.has("tuned");
-        if (!first && !resolved) item.fail("each method once", method.text + " again");
-        // A search that finds nothing better names the method as it comes, which the list may have already.
-        if (first) methods.push_back(std::move(method));
+        methods.push_back(read_method(item, is_detector, inputs, more_keys));
+        // A search names a method once per stepper, and where it finds nothing better, the method as it comes.
+        const bool is_tuned = !item.is_text() && item.has("tuned");
+        if (!is_tuned && !seen.insert(methods.back().text).second) {
+            item.fail("each method once", methods.back().text + " again");
+        }
     }
     return methods;
 }
@@ -209,7 +204,7 @@ std::vector<std::string> scenes_like(const JsonNode& item, const SceneFiles& fil
         }
     }
     if (scenes.empty()) {
-        item.fail("a pattern of scene files, relative to the study file, or of names that `trocar scenes` lists",
+        item.fail("a pattern of scene files, relative to " + files.start + ", or of names that `trocar scenes` lists",
                   "'" + item.text() + "', which none fits");
     }
     std::sort(scenes.begin(), scenes.end());
@@ -224,7 +219,7 @@ std::string scene_named(const JsonNode& item, const SceneFiles& files) {
             if (file.stem() == given.stem()) return path_to(file, files);
         }
     }
-    item.fail("a scene file, relative to the study file, or a name that `trocar scenes` lists",
+    item.fail("a scene file, relative to " + files.start + ", or a name that `trocar scenes` lists",
               fmt::format("'{}' (no such file)", item.text()));
 }
 

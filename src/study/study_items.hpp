@@ -44,6 +44,7 @@ void add_method(const std::string& text, Study& study);
 struct SceneFiles {
     std::filesystem::path study;                 ///< the study file; scenes relative to it come first
     std::vector<std::filesystem::path> shipped;  ///< then these, matched by name
+    std::string start = "the study file";        ///< what paths are relative to, in words
 };
 
 /// Existing scene files without repetition, as paths relative to the study file. A bare name, with or without .json,

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 #include "geometry/input_error.hpp"
@@ -12,6 +13,7 @@
 #include "simulate/interleaved.hpp"
 #include "simulate/overrides.hpp"
 #include "simulate/resolution.hpp"
+#include "study/runner.hpp"
 #include "study/study.hpp"
 
 namespace trocar {
@@ -186,11 +188,30 @@ void add_combination(const Experiment& experiment, const PlannedRun& combination
     }
 }
 
+/// Keeps the first of equal runs, with the basis of any: a search that finds nothing better than a method as it comes
+/// names that one, which the list may have already.
+void keep_equal_runs_once(std::size_t start, std::vector<PlannedRun>& runs) {
+    std::map<std::string, std::size_t> seen;
+    std::size_t kept = start;
+    for (std::size_t i = start; i < runs.size(); ++i) {
+        const auto [first, is_new] = seen.emplace(run_key(runs[i].spec, 0.0), kept);
+        if (is_new) {
+            if (kept != i) runs[kept] = std::move(runs[i]);
+            ++kept;
+            continue;
+        }
+        std::string& basis = runs[first->second].response.basis;
+        if (basis.empty()) basis = runs[i].response.basis;
+    }
+    runs.resize(kept);
+}
+
 /// The runs of one repetition. A combination that is settled without running is reported in the first one only.
 void add_experiment(const Study& study, const Experiment& experiment, std::int64_t repetition,
                     std::vector<PlannedRun>& runs) {
     const std::vector<Level> none(1);
     const bool alone = experiment.responses.empty();
+    const std::size_t start = runs.size();
     if (repetition == 0) add_without_contacts(study, experiment, runs);
     for (const Input& input : experiment.inputs) {
         // Cases: the clock is no part of the answer. Generated scenes: the reference alone takes part twice.
@@ -220,6 +241,7 @@ void add_experiment(const Study& study, const Experiment& experiment, std::int64
             }
         }
     }
+    keep_equal_runs_once(start, runs);
 }
 
 double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {

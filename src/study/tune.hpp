@@ -28,8 +28,8 @@ struct TunedResponse {
     std::vector<TuneRange> ranges;
 };
 
-/// Largest change of the tool force from tick to tick, beside that of the stored reference with hard contact. A scene
-/// whose hard reference is known to be absent has no such limit.
+/// Largest change of the tool force from tick to tick, beside that of the stored reference with hard contact, also of
+/// one that ends early. A scene whose hard reference is known to be absent has no such limit.
 struct ForceStepLimit {
     double times_reference = 1.0;
     double plus = 0.0;  ///< N

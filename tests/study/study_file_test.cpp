@@ -348,13 +348,35 @@ TEST_F(StudyFile, OtherScenesStandInPlaceOfThoseOfEveryExperiment) {
     const std::filesystem::path file = folder_.write("study.json", study_of({press, press}));
     const Study study = read_study(file, {}, {}, {(other / "*.json").string()});
     for (const Experiment& experiment : study.experiments) {
-        EXPECT_EQ(files_of(experiment), (std::vector<std::string>{(other / "x.json").string(), (other / "y.json").string()}));
+        EXPECT_EQ(files_of(experiment),
+                  (std::vector<std::string>{(other / "x.json").string(), (other / "y.json").string()}));
     }
-    EXPECT_THROW((void)read_study(file, {}, {}, {(other / "z*.json").string()}), InputError);
+    test::expect_holds(test::complaint_of([&] { (void)read_study(file, {}, {}, {(other / "z*.json").string()}); }),
+                       {"--scenes: /0: expected a pattern of scene files, relative to the working directory"});
+    const std::filesystem::path without =
+        folder_.write("without.json", study_of({replay + R"("generated":["balls:count=4"],"detectors":["ohc"])"}));
+    test::expect_holds(test::complaint_of([&] { (void)read_study(without, {}, {}, {(other / "x.json").string()}); }),
+                       {"--scenes: expected a study with scenes"});
+}
+
+TEST_F(StudyFile, OtherScenesAreNamedFromTheWorkingDirectoryAndVoidAMethodsOwnChoice) {
+    const std::filesystem::path other = folder_.path() / "other";
+    std::filesystem::create_directory(other);
+    std::filesystem::copy_file(folder_.path() / "a.json", other / "x.json");
+    const std::filesystem::path file = folder_.write(
+        "study.json",
+        study_of({replay + R"("scenes":["a.json","b.json"],"detectors":[{"method":"ohc","scenes":["b"]}])"}));
+    const std::filesystem::path before = std::filesystem::current_path();
+    std::filesystem::current_path(other);
+    const Study study = read_study(file, {}, {}, {"*.json"});
+    std::filesystem::current_path(before);
+    EXPECT_EQ(files_of(study.experiments[0]), std::vector<std::string>{(other / "x.json").string()});
+    EXPECT_EQ(make_plan(study).size(), 1U);
 }
 
 TEST_F(StudyFile, TunedResponsesComeFromTheFileOfTheSearchByMethodAndStepper) {
-    std::ofstream(folder_.path() / "tuned.json") << R"({"format":"trocar-tuned-1","responses":[
+    std::ofstream(folder_.path() / "tuned.json") << R"({"format":"trocar-tuned-1","tune":"t","seed":1,
+        "budget":{"first":64,"second":16,"local":32},"responses":[
         {"method":"penalty","stepper":"","setting":"penalty:k=7","contacts":"intersection"},
         {"method":"penalty","stepper":"implicit","setting":"penalty:k=9","contacts":"tracked_proximity"},
         {"method":"unilateral","stepper":"","setting":"unilateral","contacts":"tracked_proximity"}]})";
@@ -365,18 +387,31 @@ TEST_F(StudyFile, TunedResponsesComeFromTheFileOfTheSearchByMethodAndStepper) {
     const Study study = read(study_with(R"("unilateral",{"tuned":"unilateral"},{"tuned":"penalty"},
         {"tuned":"penalty","steppers":["implicit"],"contacts":["native"]})"));
     const std::vector<Level>& responses = study.experiments[0].responses;
-    ASSERT_EQ(responses.size(), 3U) << "nothing better was found for unilateral, which stands there already";
-    EXPECT_EQ(responses[0].setting, "default");
-    EXPECT_EQ(responses[1].text, "penalty:k=7");
-    EXPECT_EQ(responses[1].setting, "tuned");
-    EXPECT_NE(responses[1].basis.find("tuned.json"), std::string::npos) << responses[1].basis;
-    EXPECT_EQ(responses[1].only.at("contacts"), std::vector<std::string>{"intersection"});
-    EXPECT_EQ(responses[2].text, "penalty:k=9");
-    EXPECT_EQ(responses[2].only.at("contacts"), std::vector<std::string>{"native"}) << "what the study says stands";
+    ASSERT_EQ(responses.size(), 4U);
+    EXPECT_EQ(responses[1].setting, "default") << "nothing better was found for unilateral";
+    EXPECT_EQ(responses[2].text, "penalty:k=7");
+    EXPECT_EQ(responses[2].setting, "tuned");
+    test::expect_holds(responses[2].basis, {"search t of seed 1, 64 + 16 + 32 settings", "tuned.json"});
+    EXPECT_EQ(responses[2].only.at("contacts"), std::vector<std::string>{"intersection"});
+    EXPECT_EQ(responses[3].text, "penalty:k=9");
+    EXPECT_EQ(responses[3].only.at("contacts"), std::vector<std::string>{"native"}) << "what the study says stands";
+    const std::string both = R"({"method":"unilateral","contacts":["tracked_proximity"]})";
+    for (const std::string& list : {both + R"(,{"tuned":"unilateral"})", R"({"tuned":"unilateral"},)" + both}) {
+        const std::vector<PlannedRun> plan = make_plan(read(study_with(list)));
+        ASSERT_EQ(plan.size(), 1U) << "the same run once";
+        EXPECT_NE(plan[0].response.basis.find("nothing better"), std::string::npos) << plan[0].response.basis;
+    }
+    const Study by_implicit = read(study_of({closed_loop + R"("scenes":["a.json"],"detectors":["ohc"],
+        "steppers":["implicit"],"responses":[{"tuned":"penalty"}])"},
+                                            R"("tuned":"tuned.json",)"));
+    EXPECT_EQ(by_implicit.experiments[0].responses[0].text, "penalty:k=9") << "the experiment's stepper";
     const std::string place = "/experiments/0/responses/0";
     expect_complaint(study_with(R"({"tuned":"penalty"})", ""), place + "/tuned: expected a study with the key 'tuned'");
-    expect_complaint(study_with(R"({"tuned":"impulse"})"), place + "/tuned: expected a method of tuned.json");
-    expect_complaint(study_with(R"({"tuned":"penalty","method":"penalty"})"), place + ": expected either");
+    expect_complaint(study_with(R"({"tuned":"impulse"})"), place + "/tuned: expected a method of the file");
+    for (const char* key : {"method", "setting", "basis", "reading_of"}) {
+        expect_complaint(study_with(fmt::format(R"({{"tuned":"penalty","{}":"x"}})", key)),
+                         fmt::format("{}/{}: expected no such key beside", place, key));
+    }
     expect_complaint(study_with(R"({"tuned":"penalty","steppers":["implicit","xpbd"]})"), place + "/steppers");
 }
 
