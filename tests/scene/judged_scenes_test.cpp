@@ -138,7 +138,7 @@ TEST_P(JudgedScenesOfSeeds, NothingRigidMeetsAndNoPinnedVertexIsInATool) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Seeds, JudgedScenesOfSeeds, testing::Values(0xeccfd6b2ULL, 1ULL, 15ULL));
+INSTANTIATE_TEST_SUITE_P(Seeds, JudgedScenesOfSeeds, testing::Values(0xbb2f629dULL, 1ULL, 15ULL));
 
 }  // namespace
 }  // namespace trocar
