@@ -20,8 +20,8 @@ double median(std::vector<double> values);
 /// Quantile 0 <= q <= 1 by linear interpolation between order statistics (Hyndman and Fan 1996, type 7); NaN for none.
 double quantile(std::vector<double> values, double q);
 
-/// As quantile, but NaN where fewer than ten known values lie above it: for fewer than 1000 of them at 99 %, 10 000 at
-/// 99.9 % (STUDIES, Measuring).
+/// As quantile, but NaN where fewer than ten known values lie above it (STUDIES, Measuring). The least count is 1000 at
+/// 99 % and 10 000 at 99.9 %.
 double quantile_with_ten_above(const std::vector<double>& values, double q);
 
 /// Positive values only; NaN for none or when one is not positive.

@@ -69,7 +69,9 @@ std::vector<std::size_t> rows_that_matter(const std::vector<ResponseRow>& rows) 
     std::set<std::size_t> shown;
     std::set<std::string> methods;
     for (std::size_t i = 0; i < rows.size() && shown.size() < page_one_rows; ++i) {
-        if (methods.insert(rows[i].response()).second) shown.insert(i);
+        // A row that is a range over readings stands beside the best one of its method.
+        const std::string range = rows[i].readings.empty() ? "" : " as a range";
+        if (methods.insert(rows[i].response() + range).second) shown.insert(i);
     }
     for (std::size_t i = 0; i < rows.size() && shown.size() < page_one_rows; ++i) shown.insert(i);
     return {shown.begin(), shown.end()};
