@@ -17,7 +17,6 @@
 #include "export/exporter.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/number_text.hpp"
-#include "geometry/text.hpp"
 #include "geometry/whole_file.hpp"
 #include "measure/metrics.hpp"
 #include "playback/frame_fields.hpp"

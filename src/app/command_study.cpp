@@ -239,13 +239,8 @@ RunnerResult run_study(const Study& study, const std::vector<PlannedRun>& plan, 
     const std::vector<std::string> changes = changes_of(options);
     runner.child_command.insert(runner.child_command.end(), changes.begin(), changes.end());
     const std::map<std::string, std::string> here = environment();
-    std::string changes_text;
-    for (const std::string& word : changes) {
-        changes_text += (changes_text.empty() ? "" : " ") + (word.starts_with("--") ? word : shell_word(word));
-    }
-    runner.environment = [&study, &here, changes_text](const PlannedRun& run) {
+    runner.environment = [&study, &here](const PlannedRun& run) {
         std::map<std::string, std::string> facts = method_facts(study, run);
-        if (!changes_text.empty()) facts["study.changes"] = changes_text;
         facts.insert(here.begin(), here.end());
         return facts;
     };
@@ -277,12 +272,26 @@ std::vector<std::string> changes_of(const StudyOptions& options) {
     return words;
 }
 
+namespace {
+
+/// The same as a shell takes it.
+std::string changes_text(const StudyOptions& options) {
+    std::string text;
+    for (const std::string& word : changes_of(options)) {
+        text += (text.empty() ? "" : " ") + (word.starts_with("--") ? word : shell_word(word));
+    }
+    return options.scenes.empty() ? text : text + " --output DIR";
+}
+
+}  // namespace
+
 int study(const CommonOptions& common, const StudyOptions& options) {
     if (!options.scenes.empty() && !options.output && !options.plan_only && options.child_runs.empty()) {
         throw InputError("command line", "--scenes", "--output beside it: a folder of its own", "none");
     }
     const Shard shard = options.shard ? read_shard(*options.shard) : Shard{};
-    const Study study = read_study(options.file, options.with, listed_scenes(), options.scenes);
+    Study study = read_study(options.file, options.with, listed_scenes(), options.scenes);
+    study.changes = changes_text(options);
     if (!options.child_runs.empty()) return child(study, common, options);
     std::vector<PlannedRun> plan = completed_plan(study, common);
     const std::filesystem::path whole =

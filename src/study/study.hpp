@@ -102,6 +102,7 @@ struct Study {
     std::string device;          ///< of every closed loop, as RunSpec::device
     std::string reference;       ///< detector in the denominator of time ratios; empty: no ratios
     std::string ours;            ///< response that page one compares with all others; empty: this project's methods
+    std::string changes;         ///< words of the command line that say how it differs from its file
     std::string quotes;          ///< findings of other published reports, with their sources, printed on page one
     std::vector<std::string> quoted_reports;  ///< reports whose sentence and first table stand on page one
     std::vector<Experiment> experiments;

@@ -160,6 +160,7 @@ std::map<std::string, std::string> method_facts(const Study& study, const Planne
     std::map<std::string, std::string> facts = run.facts;
     const bool outside = study.file.is_absolute() || study.file.generic_string().rfind("..", 0) == 0;
     facts["study.file"] = (outside ? study.file.filename() : study.file).generic_string();
+    if (!study.changes.empty()) facts["study.changes"] = study.changes;
     facts["study.device"] = study.device;
     facts["study.reference"] = study.reference;
     if (!study.ours.empty()) facts["study.ours"] = study.ours;

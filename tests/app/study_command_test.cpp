@@ -123,6 +123,25 @@ TEST_F(StudyCommand, ReportsEveryRunAndRebuildsTheReportToTheByte) {
     }
 }
 
+TEST_F(StudyCommand, OtherScenesWantAFolderOfTheirOwnAndStandInTheReportsCommand) {
+    const std::string other = " --scenes '" + (folder_.path() / "i2t_*ab.json").string() + "'";
+    EXPECT_EQ(run_program("study " + file().string() + other).status, 2);
+    EXPECT_EQ(run_program(arguments() + other + " --publish").status, 2);
+    EXPECT_FALSE(std::filesystem::exists(output())) << "nothing half-written";
+    run_successfully(arguments() + other);
+    const std::string lines = unpacked(output() / records);
+    std::istringstream stream(lines);
+    for (std::string line; std::getline(stream, line);) {
+        const nlohmann::json record = nlohmann::json::parse(line);
+        if (record["spec"].contains("scene")) {
+            EXPECT_EQ(record["spec"]["scene"], "i2t_stab");
+        }
+        EXPECT_EQ(record["environment"]["study.changes"],
+                  "--scenes '" + (folder_.path() / "i2t_*ab.json").string() + "' --output DIR");
+    }
+    EXPECT_NE(read_file(output() / "report.md").find("study.json --scenes"), std::string::npos);
+}
+
 TEST_F(StudyCommand, PublishedReportsShareTheirScriptsAndAMovedOneHoldsItsOwn) {
     const std::string publish = "cd " + folder_.path().string() + " && " + TROCAR_PROGRAM;
     run_successfully("study study.json --output out --publish", publish);
