@@ -256,12 +256,16 @@ void check_parameter(const JsonNode& node, const std::vector<Level>& methods, bo
     }
 }
 
-std::vector<std::string> read_contact_generators(const JsonNode& node) {
+std::string read_contact_generator(const JsonNode& node) {
     std::vector<std::string> names;
     for (const ContactGeneratorEntry& entry : registry().contact_generators()) names.push_back(entry.name);
+    return node.word(names, NameKind::contact_generator);
+}
+
+std::vector<std::string> read_contact_generators(const JsonNode& node) {
     std::vector<std::string> generators;
     for (const JsonNode& item : items_of(node)) {
-        generators.push_back(item.word(names, NameKind::contact_generator));
+        generators.push_back(read_contact_generator(item));
         if (std::count(generators.begin(), generators.end(), generators.back()) > 1) {
             item.fail("each contact generator once", generators.back() + " again");
         }

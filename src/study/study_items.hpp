@@ -50,6 +50,8 @@ struct SceneFiles {
 /// Existing scene files without repetition, as paths relative to the study file. A bare name, with or without .json,
 /// may be that of a shipped scene. Shell patterns after the last slash expand to the matching files.
 std::vector<std::string> read_scenes(const JsonNode& node, const SceneFiles& files);
+/// One contact generator of this build.
+std::string read_contact_generator(const JsonNode& node);
 /// Distinct contact generators of this build.
 std::vector<std::string> read_contact_generators(const JsonNode& node);
 /// A stepper as RunSpec::stepper.

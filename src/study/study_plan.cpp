@@ -189,12 +189,19 @@ void add_combination(const Experiment& experiment, const PlannedRun& combination
 }
 
 /// Keeps the first of equal runs, with the basis of any: a search that finds nothing better than a method as it comes
-/// names that one, which the list may have already.
-void keep_equal_runs_once(std::size_t start, std::vector<PlannedRun>& runs) {
+/// names that one, which the list may have already. Every run of a study makes the plan again, and keys of all runs
+/// cost more than the rest of it.
+void keep_equal_runs_once(const Experiment& experiment, std::size_t start, std::vector<PlannedRun>& runs) {
+    std::map<std::string, int> levels;
+    for (const Level& response : experiment.responses) ++levels[response.text];
+    if (levels.size() == experiment.responses.size()) return;
     std::map<std::string, std::size_t> seen;
     std::size_t kept = start;
     for (std::size_t i = start; i < runs.size(); ++i) {
-        const auto [first, is_new] = seen.emplace(run_key(runs[i].spec, 0.0), kept);
+        const auto named = levels.find(runs[i].spec.response);
+        const bool stands_alone = named != levels.end() && named->second == 1;
+        const auto [first, is_new] =
+            stands_alone ? std::pair(seen.end(), true) : seen.emplace(run_key(runs[i].spec, 0.0), kept);
         if (is_new) {
             if (kept != i) runs[kept] = std::move(runs[i]);
             ++kept;
@@ -241,7 +248,7 @@ void add_experiment(const Study& study, const Experiment& experiment, std::int64
             }
         }
     }
-    keep_equal_runs_once(start, runs);
+    keep_equal_runs_once(experiment, start, runs);
 }
 
 double rough_seconds(const SceneFacts& facts, const RunSpec& spec) {

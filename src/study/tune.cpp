@@ -309,8 +309,8 @@ std::string tuned_text(const Tune& tune, const std::vector<TuneResult>& results)
     OrderedJson limits = OrderedJson::object();
     for (const auto& [metric, most] : tune.limits) limits[std::string(info_of(metric).name)] = most;
     if (tune.force_step) {
-        limits["force_step_limit"] = {{"times_reference", tune.force_step->times_reference},
-                                      {"plus_N", tune.force_step->plus}};
+        limits[std::string(info_of(Metric::force_jump_max_n).name)] =
+            fmt::format("{} reference_force_step_hard + {} N", tune.force_step->times_reference, tune.force_step->plus);
     }
     return OrderedJson{{"format", tuned_format},
                        {"tune", tune.name},

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "geometry/whole_file.hpp"
-#include "method/registry.hpp"
 #include "scene/json_node.hpp"
 #include "study/study_items.hpp"
 #include "study/tune.hpp"
@@ -40,12 +39,10 @@ TunedFile read_tuned(const std::filesystem::path& file) {
         fmt::format("`trocar tune`: search {} of seed {}, {} + {} + {} settings from each of {} starts ({})",
                     root.at("tune").text(), root.at("seed").unsigned_integer(), count_of(budget.at("first")),
                     count_of(budget.at("second")), count_of(budget.at("local")), tune_starts, file.filename().string());
-    std::vector<std::string> generators;
-    for (const ContactGeneratorEntry& entry : registry().contact_generators()) generators.push_back(entry.name);
     for (const JsonNode& item : items_of(root.at("responses"))) {
         (void)read_method(item.at("setting"), false);
         tuned.responses[{item.at("method").text(), item.at("stepper").any_text()}] = {
-            .setting = item.at("setting").text(), .contacts = item.at("contacts").word(generators)};
+            .setting = item.at("setting").text(), .contacts = read_contact_generator(item.at("contacts"))};
     }
     return tuned;
 }

@@ -152,6 +152,17 @@ TEST(TuneResult, IsConvergedWhereTheStartsAgreeWithinFivePercent) {
     EXPECT_FALSE(result.converged()) << "one of them breaks a limit";
 }
 
+/// The bytes of the published file are the seed of the judged scenes, so that the same search must write them again.
+TEST(TunedText, HasTheLimitsAsThePublishedFileHasThem) {
+    const auto published =
+        nlohmann::ordered_json::parse(test::read_file(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench/tuned.json"));
+    const Tune tune = read_tune(std::filesystem::path(TROCAR_SOURCE_DIR) / "bench/tune.json", {});
+    const auto text = nlohmann::ordered_json::parse(tuned_text(tune, {}));
+    for (const char* key : {"format", "tune", "seed", "objective", "limits", "budget"}) {
+        EXPECT_EQ(text.at(key).dump(), published.at(key).dump()) << key;
+    }
+}
+
 TEST(TuneStage, IsAStudyOfItsSettingsOnTheFirstScenesAndThenOnAll) {
     Tune tune = bowl();
     tune.scenes = {std::string(TROCAR_SOURCE_DIR) + "/scenes/i2t_poke.json",
