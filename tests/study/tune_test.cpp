@@ -113,6 +113,7 @@ TuneScore bowl_score(const TuneSetting& setting) {
 TEST(TuneSearch, FindsTheLeastOfABowlFromBothStartsBetterThanAFullGridOfItsBudget) {
     const Tune tune = bowl();
     std::vector<double> found;
+    found.reserve(tune_starts);
     for (int start = 0; start < tune_starts; ++start) {
         TuneSearch search(tune, tune.responses[0], start);
         std::size_t runs = 0;
