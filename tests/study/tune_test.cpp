@@ -113,7 +113,6 @@ TuneScore bowl_score(const TuneSetting& setting) {
 TEST(TuneSearch, FindsTheLeastOfABowlFromBothStartsBetterThanAFullGridOfItsBudget) {
     const Tune tune = bowl();
     std::vector<double> found;
-    found.reserve(tune_starts);
     for (int start = 0; start < tune_starts; ++start) {
         TuneSearch search(tune, tune.responses[0], start);
         std::size_t runs = 0;
@@ -121,6 +120,7 @@ TEST(TuneSearch, FindsTheLeastOfABowlFromBothStartsBetterThanAFullGridOfItsBudge
             const std::vector<TuneSetting> settings = search.settings(stage);
             EXPECT_EQ(settings.size(), stage == 0 ? tune.first : stage == 1 ? tune.second : tune.local / local_rounds);
             std::vector<TuneScore> scores;
+            scores.reserve(settings.size());
             for (const TuneSetting& setting : settings) scores.push_back(bowl_score(setting));
             search.take_scores(stage, scores);
             runs += settings.size();
