@@ -25,7 +25,7 @@ full_packages=(
     "${fuzz_packages[@]}" "${python_packages[@]}"
     python3-vtk9 texlive-latex-base texlive-latex-recommended r-base-core
     libbenchmark-tools python3-scipy
-    python3-nbclient python3-ipykernel python3-matplotlib mypy
+    python3-nbclient python3-ipykernel python3-cloudpickle python3-matplotlib mypy
     chromium chromium-driver
     slurmctld slurmd slurm-client munge
 )

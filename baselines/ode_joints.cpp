@@ -47,7 +47,6 @@ struct Settings {
     bool penalty = true;  ///< ERP and CFM from k and mu; false: those of the library
     bool quick = false;   ///< dWorldQuickStep
     bool reduce = true;   ///< one contact per vertex and other body
-    SolverTiming timing = SolverTiming::substep;
     LawSettings law = {};
     double device_mass = 0.1;  ///< kg
 };
@@ -168,7 +167,7 @@ public:
                  std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) override {
         output.clear();
         output.solver = this;
-        output.solver_timing = settings_.timing;
+        output.solver_timing = settings_.penalty ? SolverTiming::substep : SolverTiming::held;
         laws_of_.clear();
         driven_.clear();
         points_.gather(*topology_, frame, contacts, settings_.reduce, output);
@@ -424,16 +423,13 @@ ResponseEntry ode_joints_response() {
     entry.version = TROCAR_ODE_VERSION;
     entry.configuration = fmt::format("sizeof(dReal) {}; {}", sizeof(dReal), ode_configuration());
     entry.table_row = "D. Baraff et al";
-    Parameter acts = timing_parameter("auto");
-    acts.choices.insert(acts.choices.begin(), "auto");
-    acts.meaning += "; auto: substep (penalty), held (library)";
     entry.parameters = {
         choice_parameter(
             "setting", "penalty", {"penalty", "library"},
             "ERP and CFM that make a joint the spring k and damper mu, or the library's own (ERP 0.2, CFM 1e-10)"),
         choice_parameter("stepper", "auto", {"auto", "world", "quick"},
                          "dWorldStep or dWorldQuickStep; auto: the first for penalty, the second for library"),
-        std::move(acts), reduction_parameter(),
+        reduction_parameter(),
         number_parameter("device_mass", "kg", "0.1", 1e-6, 1e3,
                          "mass that stands for an instrument against another instrument or a rigid body")};
     const std::vector<Parameter> law = law_parameters(auto_stiffness);
@@ -456,8 +452,6 @@ ResponseEntry ode_joints_response() {
         s.penalty = values.is("setting", "penalty");
         s.quick = values.is("stepper", "auto") ? !s.penalty : values.is("stepper", "quick");
         s.reduce = values.is("reduction", "vertex");
-        s.timing = read_timing(values);
-        if (values.is("acts", "auto")) s.timing = s.penalty ? SolverTiming::substep : SolverTiming::held;
         s.law = read_law_settings(values);
         s.device_mass = values.number("device_mass");
         return std::make_unique<OdeJoints>(s);

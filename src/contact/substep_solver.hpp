@@ -16,7 +16,6 @@ namespace trocar {
 /// When the solver runs, and for how long its impulses act.
 enum class SolverTiming : std::uint8_t {
     substep,  ///< in every sub-step, for that sub-step
-    tick,     ///< in the first sub-step, for the whole tick; the impulses act at once
     held      ///< in the first sub-step; the impulses are spread evenly over the sub-steps
 };
 

@@ -27,6 +27,9 @@ struct NpyReader::State {
     std::ifstream stream;
     bool deflated = false;
     std::uint64_t packed_left = 0;
+    std::uint64_t unpacked_left = 0;
+    uLong sum = 0;     ///< CRC-32 of what was taken
+    uLong listed = 0;  ///< CRC-32 of the whole member, as the archive has it
     std::array<char, 1 << 16> packed{};
     z_stream inflater{};
     std::vector<std::int64_t> shape;
@@ -38,7 +41,16 @@ struct NpyReader::State {
         throw InputError(place, "", expected, found);
     }
 
+    /// Checks the sum with the last byte.
     void take(char* to, std::size_t count) {
+        unpack(to, count);
+        sum = crc32_z(sum, reinterpret_cast<const Bytef*>(to), count);
+        unpacked_left -= std::min<std::uint64_t>(count, unpacked_left);
+        if (unpacked_left == 0 && sum != listed)
+            refuse(fmt::format("bytes of the checksum {:08x}", listed), fmt::format("{:08x}", sum));
+    }
+
+    void unpack(char* to, std::size_t count) {
         if (!deflated) {
             const std::size_t there = static_cast<std::size_t>(std::min<std::uint64_t>(count, packed_left));
             stream.read(to, static_cast<std::streamsize>(there));
@@ -130,6 +142,7 @@ NpzFile::NpzFile(const std::filesystem::path& file) : file_(file) {
         if (list.size() - at < entry_bytes || list.compare(at, 4, "PK\1\2") != 0) refuse("a broken list of arrays");
         Member member;
         const std::uint64_t method = little_endian(list, at + 10, 2);
+        member.sum = static_cast<std::uint32_t>(little_endian(list, at + 16, 4));
         member.packed = little_endian(list, at + 20, 4);
         member.unpacked = little_endian(list, at + 24, 4);
         const std::size_t name_bytes = little_endian(list, at + 28, 2);
@@ -192,6 +205,9 @@ NpyReader NpzFile::open(std::string_view name) const {
     reader.stream.seekg(static_cast<std::streamoff>(little_endian(local, 26, 2) + little_endian(local, 28, 2)),
                         std::ios::cur);
     reader.packed_left = found->packed;
+    reader.unpacked_left = found->unpacked;
+    reader.sum = crc32_z(0, nullptr, 0);
+    reader.listed = found->sum;
     constexpr int no_header = -15;
     if (found->deflated && inflateInit2(&reader.inflater, no_header) != Z_OK) throw std::bad_alloc();
     reader.deflated = found->deflated;

@@ -24,7 +24,8 @@ public:
     [[nodiscard]] const std::vector<std::int64_t>& shape() const;
     /// True for integers of any size.
     [[nodiscard]] bool is_whole() const;
-    /// Fills `count` numbers, the last index first. Throws InputError on a truncated or broken member.
+    /// Fills `count` numbers, the last index first. Throws InputError on a truncated or broken member, one of
+    /// another checksum when its last number is read.
     void read(double* numbers, std::size_t count);
 
 private:
@@ -51,6 +52,7 @@ private:
         std::uint64_t offset = 0;  ///< of the local header
         std::uint64_t packed = 0;
         std::uint64_t unpacked = 0;
+        std::uint32_t sum = 0;  ///< CRC-32 of the unpacked bytes
         bool deflated = false;
     };
     std::filesystem::path file_;

@@ -202,4 +202,28 @@ const py::dtype& contact_force_type() {
     return type;
 }
 
+const py::dtype& position_correction_type() {
+    static const auto& type = *new py::dtype(structured_type<PositionCorrection>([](const auto& one, auto&& visit) {
+        visit("vertex", one.vertex);
+        visit("position", one.position);
+        visit("velocity", one.velocity);
+        visit("held", one.held);
+    }));
+    return type;
+}
+
+const py::dtype& solved_contact_type() {
+    static const auto& type = *new py::dtype(structured_type<SolvedContact>([](const auto& one, auto&& visit) {
+        visit("source", one.source);
+        visit("normal", one.normal);
+        visit("depth", one.depth);
+        visit("count", one.count);
+        visit("column", one.column);
+        visit("weight", one.weight);
+        visit("surface", one.surface);
+        visit("mobility", one.mobility);
+    }));
+    return type;
+}
+
 }  // namespace trocar::python

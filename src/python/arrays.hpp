@@ -45,10 +45,12 @@ py::array array_of(std::vector<T>&& items) {
     return view_of(*kept, owner);
 }
 
-/// Structured types on Contact, ContactForceLaw and ContactForce: the members by name, Vector3 as (3,) float64.
+/// Structured types on the structs of these names: the members by name, Vector3 as (3,) float64.
 const py::dtype& contact_type();
 const py::dtype& force_law_type();
 const py::dtype& contact_force_type();
+const py::dtype& position_correction_type();
+const py::dtype& solved_contact_type();
 
 /// Type code of a member in NumPy's notation.
 inline std::string code_of(const double&) { return "f8"; }
@@ -57,8 +59,10 @@ inline std::string code_of(const std::int32_t&) { return "i4"; }
 inline std::string code_of(const std::int64_t&) { return "i8"; }
 inline std::string code_of(const std::uint64_t&) { return "u8"; }
 inline std::string code_of(const Vector3&) { return "(3,)f8"; }
-inline std::string code_of(const std::array<double, 3>&) { return "(3,)f8"; }
-inline std::string code_of(const std::array<Index, 3>&) { return "(3,)i4"; }
+template <typename Number, std::size_t N>
+std::string code_of(const std::array<Number, N>& numbers) {
+    return "(" + std::to_string(N) + ",)" + code_of(numbers[0]);
+}
 template <typename Word, typename = std::enable_if_t<std::is_enum_v<Word> && sizeof(Word) == 1>>
 std::string code_of(const Word&) {
     return "u1";

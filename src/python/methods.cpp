@@ -3,7 +3,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
-#include <cstring>
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -13,6 +13,7 @@
 #include "method/outside.hpp"
 #include "python/arrays.hpp"
 #include "python/parts.hpp"
+#include "python/response_values.hpp"
 
 namespace trocar::python {
 namespace {
@@ -132,9 +133,11 @@ private:
 
 class PythonResponse final : public Response {
 public:
-    explicit PythonResponse(py::object object) : object_(std::move(object)) {}
+    explicit PythonResponse(py::object object) : object_(std::move(object)), solver_(object_) {}
 
     void prepare(const Topology& topology, const Materials& materials) override {
+        vertex_count_ = topology.vertex_count;
+        body_count_ = topology.bodies.size();
         const std::string failure = object_.call([&](const py::object& object) {
             object.attr("prepare")(std::make_shared<Topology>(topology), std::make_shared<Materials>(materials));
         });
@@ -148,35 +151,35 @@ public:
             // Without a base, NumPy copies.
             const py::array offered(contact_type(), contacts.contacts.size(), contacts.contacts.data());
             const py::array last(contact_force_type(), forces.size(), forces.data());
-            take(object.attr("respond")(std::make_shared<Frame>(frame), dt, offered, last), output);
+            take_answer(object.attr("respond")(std::make_shared<Frame>(frame), dt, offered, last), vertex_count_,
+                        body_count_, output);
         });
         if (!failure.empty()) throw std::runtime_error(failure);
+        if (std::any_of(output.contacts.begin(), output.contacts.end(),
+                        [](const ContactForceLaw& law) { return law.role == ContactRole::solved; }))
+            output.solver = &solver_;
         const auto offered = static_cast<std::int64_t>(contacts.contacts.size());
         const auto used = static_cast<std::int64_t>(output.contacts.size());
         if (used < offered) output.skip(SkipReason::not_handled, offered - used);
     }
 
 private:
-    static void take(const py::object& answer, ResponseOutput& output) {
-        const bool fits = py::isinstance<py::array>(answer) && py::array(answer).dtype().equal(force_law_type()) &&
-                          py::array(answer).ndim() == 1;
-        if (!fits) {
-            throw InputError("respond", "", "a one-dimensional array of trocar.FORCE_LAW (trocar.force_laws)",
-                             fmt::format("a {}", Py_TYPE(answer.ptr())->tp_name));
+    class Solver final : public SubstepSolver {
+    public:
+        explicit Solver(Instance& object) : object_(object) {}
+        void solve(PredictedStep& step) override {
+            const std::string failure = object_.call([&](const py::object& object) { call_solve(object, step); });
+            if (!failure.empty()) throw std::runtime_error(failure);
         }
-        const py::array laws = py::array::ensure(answer, py::array::c_style);
-        const auto* bytes = static_cast<const char*>(laws.data());
-        for (py::ssize_t i = 0; i < laws.size(); ++i, bytes += sizeof(ContactForceLaw)) {
-            ContactForceLaw& law = output.contacts.emplace_back();
-            std::memcpy(static_cast<void*>(&law), bytes, sizeof(ContactForceLaw));
-            // Impulses of role `solved` come from a solver, which no Python class has.
-            if (law.role < ContactRole::solved) continue;
-            throw InputError("respond", fmt::format("law {}", i), "a role from 0 to 3",
-                             fmt::format("{}", static_cast<int>(law.role)));
-        }
-    }
+
+    private:
+        Instance& object_;
+    };
 
     Instance object_;
+    Solver solver_;
+    Index vertex_count_ = 0;
+    std::size_t body_count_ = 0;
 };
 
 py::array force_laws(py::ssize_t count) {
@@ -264,12 +267,13 @@ void add_methods(py::module_& module) {
     module.attr("CONTACT") = contact_type();
     module.attr("FORCE_LAW") = force_law_type();
     module.attr("CONTACT_FORCE") = contact_force_type();
+    add_step(module);
     module.def("force_laws", &force_laws, py::arg("count"), R"((count,) array of trocar.FORCE_LAW with default values.
 
 The force of a law acts on the weighted vertices along normal: k * -gap, damped by mu, evaluated by the stepper in
 every sub-step. gap: m, at the start of the tick, negative inside; k: N/m; mu: N s/m; face_velocity: m/s. The reaction
-goes to reaction_vertices (tissue) or to reaction_body at reaction_point (m, world). contact/response_output.hpp has
-all.)");
+goes to reaction_vertices (tissue) or to reaction_body at reaction_point (m, world). A law of role 4 has k = mu = 0; its
+impulse comes from Response.solve. contact/response_output.hpp has all.)");
     module.def("register_detector", &register_detector);
     module.def("register_response", &register_response);
 }

@@ -6,7 +6,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
+#include <set>
 
+#include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
@@ -212,6 +214,21 @@ Matrix3X ReferenceSolution::positions_at(double time) const {
 std::filesystem::path reference_file(const std::filesystem::path& scene_file, double turned_k) {
     const std::string which = std::isnan(turned_k) ? "" : fmt::format(".k={}", turned_k);
     return scene_file.parent_path() / "reference" / (scene_file.stem().string() + which + ".json");
+}
+
+std::string hash_of_references(const std::filesystem::path& scene_file) {
+    const std::filesystem::path own = reference_file(scene_file);
+    const std::string other_k = own.stem().string() + ".k=";
+    std::set<std::filesystem::path> files;  // in order of name
+    std::error_code error;
+    for (const auto& entry : std::filesystem::directory_iterator(own.parent_path(), error)) {
+        const std::filesystem::path& file = entry.path();
+        if (file == own || file.filename().string().rfind(other_k, 0) == 0) files.insert(file);
+    }
+    FnvHash hash;
+    for (const std::filesystem::path& file : files)
+        hash.add_text(file.filename().string() + read_whole(file, "a stored reference"));
+    return files.empty() ? "" : hash.text();
 }
 
 Reference read_reference(const std::filesystem::path& file) {

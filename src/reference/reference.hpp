@@ -74,6 +74,9 @@ struct Reference {
 /// stiffness other than the file's.
 std::filesystem::path reference_file(const std::filesystem::path& scene_file, double turned_k = not_known);
 
+/// Hash over the references of a scene, of all contact stiffnesses; empty without one.
+std::string hash_of_references(const std::filesystem::path& scene_file);
+
 /// Throws InputError with file and JSON pointer.
 Reference read_reference(const std::filesystem::path& file);
 std::string to_json(const Reference& reference);

@@ -45,8 +45,7 @@ void add_fairness(Draft& draft) {
     draft.heading(2, "Fairness manifest");
     draft.paragraph(
         "Every method of this study with every setting it ran with. Methods run in an order shuffled by the seed, "
-        "interleaved, each run in a fresh process, one thread but for a stepper whose parameters (`threads`, `factor`) "
-        "start a second.");
+        "interleaved, each run in a fresh process, in one thread.");
     std::map<std::pair<std::string, std::string>, const Record*> methods;
     const auto take = [&methods](const Record& record, const std::string& kind, const std::string& text) {
         if (text.empty()) return;

@@ -58,15 +58,10 @@ std::map<Family, std::vector<Size>> families_of(const Draft& draft) {
     return families;
 }
 
-/// A stepper's name has every parameter that is not at its default, the number of threads among them.
-std::string threads_of(const std::string& stepper) {
-    return stepper.find("threads=2") != std::string::npos ? "two threads" : "one thread";
-}
-
 ScatterChart drawing_of(const Family& family, const std::vector<Size>& sizes) {
     ScatterChart chart;
     chart.x_title = fmt::format("tissue triangles, {}, {}", family.scenes, family.stepper);
-    chart.y_title = "median time per tick (µs), " + threads_of(family.stepper);
+    chart.y_title = "median time per tick (µs)";
     std::vector<std::string> stages{"total"};
     stages.insert(stages.end(), stage_names.begin(), stage_names.end());
     for (const std::string& stage : stages) {
@@ -110,7 +105,7 @@ Table size_table(const std::map<Family, std::vector<Size>>& families) {
         }
     }
     return table_of(
-        {.caption = "Median time per tick and stage against size, one thread where the stepper's name says no more",
+        {.caption = "Median time per tick and stage against size",
          .columns = {{"scene", false},
                      {"detector + response", false},
                      {"stepper", false},
@@ -134,7 +129,7 @@ Table size_page(const Draft& draft) {
             by_stepper[{family.scenes, family.methods, or_last(triangles), result->scene()}][family.stepper] = result;
         }
     }
-    Table table{.caption = "Whole tick against size, median (µs), one thread where the stepper's name says no more",
+    Table table{.caption = "Whole tick against size, median (µs)",
                 .columns = {{"scene", false}, {"detector + response", false}, {"tissue triangles", true}}};
     for (const std::string& stepper : steppers) table.columns.push_back({code(stepper), true});
     for (auto& [key, results] : by_stepper) {

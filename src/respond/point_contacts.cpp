@@ -218,18 +218,6 @@ ContactForceLaw solved_contact(const Frame& frame, const PointContact& contact, 
     return law;
 }
 
-Parameter timing_parameter(const std::string& name_of_default) {
-    return choice_parameter(
-        "acts", name_of_default, {"substep", "tick", "held"},
-        "on tissue, impulses are found in every sub-step from the state that the stepper predicts; or in the "
-        "first for the whole tick, where they act at once or are held evenly over it");
-}
-
-SolverTiming read_timing(const ParameterValues& values) {
-    if (values.is("acts", "substep")) return SolverTiming::substep;
-    return values.is("acts", "tick") ? SolverTiming::tick : SolverTiming::held;
-}
-
 void PointResponse::prepare(const Topology& topology, const Materials& materials) {
     topology_ = &topology;
     laws_.prepare(topology, materials, settings_.law);
@@ -240,7 +228,6 @@ void PointResponse::respond(const Frame& frame, double dt, const ContactSet& con
                             std::span<const ContactForce> /*contact_forces*/, ResponseOutput& output) {
     output.clear();
     output.solver = solver_.get();
-    output.solver_timing = settings_.timing;
     points_.gather(*topology_, frame, contacts, settings_.reduce, output);
     for (const PointContact& contact : points_.list()) {
         const bool on_tissue = topology_->bodies[at(contact.body_b)].kind == BodyKind::tissue;

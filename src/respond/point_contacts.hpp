@@ -71,10 +71,6 @@ ContactForceLaw spring_damper(const Topology& topology, const ContactLaws& laws,
 /// `law` with role `solved` and without k and mu: ResponseOutput::solver computes its impulse.
 ContactForceLaw solved_contact(const Frame& frame, const PointContact& contact, ContactForceLaw law);
 
-/// Parameter `acts`, with the values of SolverTiming.
-Parameter timing_parameter(const std::string& name_of_default);
-SolverTiming read_timing(const ParameterValues& values);
-
 /// Base of the responses on point contacts: reduction and penalty law. With a solver, contacts on tissue have role
 /// `solved`. Between non-deformable bodies all use the penalty law, since a response lacks the device's mass.
 class PointResponse : public Response {
@@ -82,7 +78,6 @@ public:
     struct Settings {
         LawSettings law = {};
         bool reduce = true;  ///< one closed contact per vertex and other body, the deepest
-        SolverTiming timing = SolverTiming::substep;
     };
     explicit PointResponse(const Settings& settings, std::unique_ptr<SubstepSolver> solver = nullptr)
         : settings_(settings), solver_(std::move(solver)) {}

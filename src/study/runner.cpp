@@ -43,7 +43,8 @@ std::optional<std::vector<Record>> finished_records(const std::filesystem::path&
         return std::nullopt;  // half a file or another program's
     }
     const auto is_of = [](const Record& record, const PlannedRun* run) {
-        return spec_line(record.spec) == spec_line(run->spec);
+        return spec_line(record.spec) == spec_line(run->spec) &&
+               references_in(record.environment) == references_in(run->facts);
     };
     if (!std::equal(records.begin(), records.end(), runs.begin(), runs.end(), is_of)) return std::nullopt;
     return records;
@@ -245,6 +246,11 @@ std::string run_key(const RunSpec& spec, double time_limit_s) {
     hash.add_text(spec_line(spec));
     hash.add_text(fmt::format("{}", time_limit_s));
     return hash.text();
+}
+
+std::string references_in(const std::map<std::string, std::string>& facts) {
+    const auto found = facts.find("scene.references");
+    return found == facts.end() ? "" : found->second;
 }
 
 void shorten_rows(Record& record) {

@@ -42,7 +42,7 @@ struct ShardPlan {
 std::string digest_of(const Study& study, const std::vector<PlannedRun>& plan) {
     FnvHash hash;
     hash.add_text(read_whole(study.file, "a study"));
-    for (const PlannedRun& run : plan) hash.add_text(run_key(run.spec, study.time_limit_s));
+    for (const PlannedRun& run : plan) hash.add_text(run_key(run.spec, study.time_limit_s) + references_in(run.facts));
     return hash.text();
 }
 

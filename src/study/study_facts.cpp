@@ -6,6 +6,7 @@
 
 #include "geometry/fnv_hash.hpp"
 #include "method/registry.hpp"
+#include "reference/reference.hpp"
 #include "simulate/generated_scene.hpp"
 #include "simulate/hard_case.hpp"
 #include "simulate/interleaved.hpp"
@@ -66,6 +67,7 @@ SceneFacts facts_of(const Scene& scene) {
     SceneFacts facts;
     facts.name = scene.name;
     facts.hash = fmt::format("{:016x}", scene.hash);
+    if (!scene.file.empty()) facts.references = hash_of_references(scene.file);
     facts.ticks = scene.ticks;
     facts.dt = scene.dt;
     facts.triangles = scene.topology.triangle_count();

@@ -312,6 +312,7 @@ std::vector<PlannedRun> make_plan(const Study& study) {
 void complete_run(const SceneFacts& facts, PlannedRun& run) {
     if (run.spec.mode != "hard_case") run.spec.scene = facts.name;
     run.spec.scene_hash = facts.hash;
+    if (!facts.references.empty()) run.facts["scene.references"] = facts.references;
     run.spec.pair_class = facts.pair_class;
     if (run.spec.ticks == 0) run.spec.ticks = facts.ticks;
     if (is_generated(run.spec)) run.spec.truth_stride = ticks_per_block(run.spec.ticks);

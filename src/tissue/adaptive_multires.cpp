@@ -13,7 +13,6 @@
 #include "tissue/far_field.hpp"
 #include "tissue/implicit_system.hpp"
 #include "tissue/region_levels.hpp"
-#include "tissue/side_thread.hpp"
 #include "tissue/tick_contacts.hpp"
 #include "tissue/written_vertices.hpp"
 
@@ -25,7 +24,6 @@ struct AdaptiveMultiresSettings {
     std::size_t relaxations = 250;
     std::size_t whole = 2000;
     ImplicitSystem::Accuracy accuracy = {.tolerance = 0.002, .iterations = 1000};
-    std::size_t threads = 1;
 };
 
 class AdaptiveMultiresStepper final : public Stepper {
@@ -80,7 +78,6 @@ public:
                     std::vector<Wrench>& reaction) override {
         if (whole_) return whole_->advance(output, dt, from, to, reaction);
         if (!region_) build(from);
-        if (beside_) beside_->rouse();
         TissueState& state = tissue_->state();
         const bool ours = is_known_ && (is_trusted_ || is_ours(from));
         has_moved_ = false;
@@ -102,17 +99,10 @@ public:
         if (region_->take_changed() || system_->listed_for() != dt) system_->list(dt);
         for (const auto& [level, node] : system_->interpolated()) region_->refresh(level, node);
         system_->linearise();
-        // Both parts read only the state at the start of the tick until `move`, so they may run in parallel.
         const std::size_t slice = state.size() / 16;
         const std::size_t relaxations = std::min(settings_.relaxations, slice);
-        const auto follow = [&] { far_field_->follow(relaxations, slice - relaxations); };
-        const auto solve = [&] { system_->solve(known, 1, settings_.accuracy, *contacts_); };
-        if (beside_) {
-            beside_->run(follow, solve);
-        } else {
-            follow();
-            solve();
-        }
+        far_field_->follow(relaxations, slice - relaxations);
+        system_->solve(known, 1, settings_.accuracy, *contacts_);
         double furthest = system_->move();
         region_->next_moment();
         for (const auto& [level, node] : system_->interpolated()) {
@@ -167,7 +157,6 @@ private:
         region_.emplace(*tissue_, *written_, *boxes_, *topology_, from.position, fewest);
         system_.emplace(*tissue_, region_->levels());
         far_field_.emplace(*region_);
-        if (settings_.threads > 1 && !beside_) beside_.emplace();
         for (const NodeLevel& level : region_->levels()) {
             Search& search = searches_.emplace_back();
             search.queue.reserve(level.size());
@@ -385,7 +374,6 @@ private:
     std::vector<Index> is_late_;  ///< vertices with a lag
     std::size_t seed_count_ = 0;
     std::optional<WrittenVertices> written_;
-    std::optional<SideThread> beside_;
     bool is_known_ = false;
     bool is_trusted_ = false;  ///< frames are results of this stepper, unchanged
     bool has_moved_ = false;   ///< `written_` holds the ranges that the last advance moved
@@ -422,9 +410,7 @@ StepperEntry adaptive_multires_stepper() {
             "tolerance", "1", "0.002", 1e-14, 0.1,
             "what a step leaves open of its momentum, as a part of what contacts give in it (2 `error`^1.5 at most), "
             "or a tenth of that, of all that acts"),
-        integer_parameter("iterations", "1000", 1, 100000, "most iterations of conjugate gradients for one system"),
-        integer_parameter("threads", "1", 1, 2,
-                          "2: the far field is followed in a thread of its own beside the solve; the same bits")};
+        integer_parameter("iterations", "1000", 1, 100000, "most iterations of conjugate gradients for one system")};
     entry.make = [](const ParameterValues& values) {
         const auto count = [&values](const char* name) { return static_cast<std::size_t>(values.integer(name)); };
         return std::make_unique<AdaptiveMultiresStepper>(
@@ -432,8 +418,7 @@ StepperEntry adaptive_multires_stepper() {
                                      .relaxations = count("relaxations"),
                                      .whole = count("whole"),
                                      .accuracy = {.tolerance = values.number("tolerance"),
-                                                  .iterations = static_cast<int>(values.integer("iterations"))},
-                                     .threads = count("threads")});
+                                                  .iterations = static_cast<int>(values.integer("iterations"))}});
     };
     return entry;
 }

@@ -421,8 +421,7 @@ void TickContacts::solve_impulses(double h, int substeps, TissueState& state) {
         }
     }
     shifts_ = asks;
-    double part = asks ? 1.0 : 0.0;
-    if (timing == SolverTiming::held) part = 1.0 / substeps;
+    const double part = timing == SolverTiming::held ? 1.0 / substeps : 1.0;
     std::size_t number = 0;
     for (TickContact& contact : contacts_) {
         if (!contact.solved) continue;

@@ -207,14 +207,24 @@ std::string npy(const std::string& type, const std::string& shape, const std::st
            header + data;
 }
 
-/// A zip archive of stored members, without their checksums.
+/// CRC-32 (ISO 3309), bit by bit.
+std::uint32_t checksum(const std::string& data) {
+    std::uint32_t sum = 0xFFFFFFFFU;
+    for (const char byte : data) {
+        sum ^= static_cast<unsigned char>(byte);
+        for (int bit = 0; bit < 8; ++bit) sum = (sum >> 1U) ^ ((sum & 1U) != 0 ? 0xEDB88320U : 0U);
+    }
+    return ~sum;
+}
+
+/// A zip archive of stored members.
 std::string zip(const std::vector<std::pair<std::string, std::string>>& members) {
     std::string files;
     std::string list;
     for (const auto& [name, data] : members) {
         const auto u16 = [](std::size_t number) { return bytes_of(static_cast<std::uint16_t>(number), false); };
         const auto u32 = [](std::size_t number) { return bytes_of(static_cast<std::uint32_t>(number), false); };
-        const std::string common = u16(20) + u16(0) + u16(0) + u32(0) + u32(0) + u32(data.size()) + u32(data.size()) +
+        const std::string common = u16(20) + u16(0) + u16(0) + u32(0) + u32(checksum(data)) + u32(data.size()) + u32(data.size()) +
                                    u16(name.size()) + u16(0);
         list += "PK\1\2" + u16(20) + common + u16(0) + u16(0) + u16(0) + u32(0) + u32(files.size()) + name;
         files += "PK\3\4" + common + name + data;
@@ -549,6 +559,9 @@ TEST_F(JudgeCommand, BadFramesAreRefusedInOneLineAndLeaveNothing) {
     for (const std::size_t bytes : {std::size_t{1}, std::size_t{100}, archive.size() / 2, archive.size() - 1}) {
         refuse(folder.write("cut.npz", archive.substr(0, bytes)).string(), "whole .npz");
     }
+    std::string flipped = archive;
+    flipped[archive.find("faces.npy") - 100] ^= 1;  // the lowest bit of a position of the last frame
+    refuse(folder.write("flipped.npz", flipped).string(), "array 'positions': expected bytes of the checksum");
     Frames infinite = scene.frames;
     infinite[4][9].y() = std::numeric_limits<double>::infinity();
     refuse(folder.write("inf.npz", npz(infinite, scene.faces, ids)).string(),

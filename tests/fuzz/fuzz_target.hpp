@@ -34,6 +34,7 @@ void external_data(std::string_view input);
 void lines(std::string_view input);
 void record(std::string_view input);
 void report(std::string_view input);
+void shard(std::string_view input);
 void run(std::string_view input);
 
 /// Throws std::logic_error: what was read is not what its reader promises.

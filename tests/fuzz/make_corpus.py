@@ -37,6 +37,7 @@ SOURCES = {
     'record': ['measure/record.cpp', 'measure/record.hpp', 'contact/outcome.cpp'],
     'report': ['measure/record.cpp', 'measure/record.hpp', 'measure/metrics.*', 'contact/outcome.cpp', 'report/worst_tick*.cpp'],
     'response_cases': ['app/command_respond.cpp', 'app/respond_*.cpp', 'app/respond_*.hpp'],
+    'shard': ['study/shard.cpp'],
     'external_data': ['scene/fcl_scenario.cpp', 'scene/ccd_queries.cpp'],
     'pairs': ['geometry/pair_file.cpp', 'geometry/exact.cpp'],
 }
@@ -335,6 +336,11 @@ def seeds(project, data):
     yield 'lines', 'two', gzip.compress(bytes(5000) + b'\n', mtime=1) + gzip.compress(b'', 1, mtime=0)
     for file in sorted((project / 'reports').glob('*/worst_tick.json')):
         yield 'report', f'worst-{file.parent.name}', json.dumps(json.loads(file.read_text())) + '\n' + json.dumps(dict(one, rows={}))
+    whole = {'format': 'trocar-shard-1', 'study': 's', 'study_file': 's.json', 'study_digest': '0123456789abcdef', 'time_limit_s': 60.0,
+             'binary': 'fedcba9876543210', 'shards': 2, 'shard': 1,
+             'runs': [{'key': f'000000000000000{i}', 'shard': 1 + i % 2, 'name': f'run {i}'} for i in range(3)]}
+    yield 'shard', 'whole', json.dumps(whole)
+    yield 'shard', 'none', json.dumps(dict(whole, runs=[]))
     yield 'pairs', 'two', '0 0 0 1 0 0 0 1 0 0.2 0.2 -1 0.2 0.2 1 0.3 0.4 1 1 transversal\n0 0 0 1 0 0 0 1 0 5 5 5 6 5 5 5 6 5\n'
     yield 'external_data', 'scenario', ('<OBJECT id="1"><GRID id="1" x="0" y="0" z="0"/><TRIA id="1" g1="1" g2="1" g3="1"/></OBJECT>\n' * 2
         + '<FRAME id="1" obj1_pos="0 0 0" obj2_pos="1 2 3" obj1_dc="1 0 0 0 1 0 0 0 1" obj2_dc="1 0 0 0 1 0 0 0 1"/>\n')

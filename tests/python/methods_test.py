@@ -119,7 +119,108 @@ class Responses(Case):
         self.assertGreater(np.abs(result.columns["tool_force_z"]).max(), 0.0)
         self.assertLess(result.summary["residual_penetration_max_m"], none.summary["residual_penetration_max_m"])
 
+    def test_impulses_of_a_python_solver_hold_like_those_of_the_program(self):
+        bias = "bias=0.2,sweeps=10"
+        mine = trocar.run("i2t_stab", response=trocar.examples.Impulses, ticks=400)
+        other = trocar.run("i2t_stab", response=f"impulse:e=0,{bias}", contacts="tracked_proximity", ticks=400)
+        none = trocar.run("i2t_stab", response="none", ticks=400)
+        self.assertEqual((mine.outcome, mine.message), ("ok", ""))
+        deepest = [one.summary["residual_penetration_max_m"] for one in (mine, other, none)]
+        self.assertLess(abs(deepest[0] - deepest[1]), 0.05 * (deepest[2] - deepest[1]))
+
+    def test_every_member_of_an_output_arrives(self):
+        # Free tissue moves by what the law of motion says, to second order in the tick.
+        class Pushes(trocar.Response):
+            def prepare(self, topology, materials):
+                self.mass = materials.mass
+                self.vertex = next(v for v in np.argsort(self.mass) if np.isfinite(self.mass[v]) and self.mass[v] > 0)
+
+            def respond(self, frame, dt, contacts, contact_forces):
+                answer = {"held_force": np.zeros_like(frame.positions), "contact_timing": "at_tick_start"}
+                answer["held_force"][self.vertex, 2] = 1e-6
+                if frame.tick == 3:
+                    moved = np.zeros(1, trocar.POSITION_CORRECTION)
+                    moved["vertex"], moved["held"] = self.vertex, True
+                    moved["position"] = frame.positions[self.vertex] + [0.0, 0.0, 0.002]
+                    answer["position_corrections"] = moved
+                    pushes.append((self.vertex, moved["position"][0]))
+                return answer
+        pushes = []
+        trocar.register_response("pushes", Pushes)
+        simulation = trocar.Simulation("i2t_stab", response="pushes")
+        rest = trocar.Simulation("i2t_stab", response="none")
+        seen = []
+        for tick in range(4):
+            seen.append(simulation.step()["tick"])
+            rest.step()
+            self.assertEqual(simulation.outcome, "ok", simulation.message)
+            if tick == 1:
+                vertex = Pushes.__dict__ and np.argmax(np.abs(simulation.positions - rest.positions).sum(axis=1))
+                self.assertGreater((simulation.positions - rest.positions)[vertex, 2], 0.0)
+        (vertex, place), = pushes
+        np.testing.assert_allclose(simulation.positions[vertex], place, atol=1e-9)
+
+    def test_the_wrench_of_a_response_is_felt(self):
+        class Wrench(trocar.Response):
+            def respond(self, frame, dt, contacts, contact_forces):
+                return {"wrench": [[0.0, 0.0, 0.25, 0.0, 0.0, 0.0]] * 2}
+        mine = trocar.run("i2t_stab", response=Wrench, ticks=3)
+        self.assertEqual((mine.outcome, mine.message), ("ok", ""))
+        np.testing.assert_allclose(mine.columns["tool_force_z"], 0.25)
+
+    def test_a_step_ends_with_its_call(self):
+        kept = []
+
+        class Keeps(trocar.examples.Impulses):
+            def solve(self, step):
+                kept.append(step)
+                with_contact = len(step.contacts)
+                for call, part in ((lambda: step.push(with_contact, [0, 0, 1]), "below"),
+                                   (lambda: step.push(0, [0, 1]), "(3,)"), (lambda: step.rate(-1), "from 0")):
+                    try:
+                        call()
+                    except trocar.InputError as error:
+                        assert part in str(error), error
+                    else:
+                        raise AssertionError(part)
+                assert step.velocities.shape == (len(step.inverse_masses), 3)
+                before = step.rate(0)
+                normal = step.contacts["normal"][0]
+                step.push(0, 1e-9 * normal)
+                assert abs(step.rate(0) - before - 1e-9 * step.contacts["mobility"][0]) < 1e-12
+                depth = step.depth_after(0)
+                step.shift(0, 1e-9 * normal)
+                assert abs(depth - step.depth_after(0) - 1e-9 * step.contacts["mobility"][0]) < 1e-12
+                assert abs(step.velocity(0) @ normal - step.rate(0)) < 1e-12
+        result = trocar.run("i2t_stab", response=Keeps, ticks=120)
+        self.assertEqual((result.outcome, result.message), ("ok", ""))
+        self.assertGreater(len(kept), 0)
+        self.refuses(lambda: kept[0].time, "within the call of solve")
+
     def test_what_is_wrong_is_an_outcome(self):
+        class Answers(trocar.Response):
+            answer = None
+
+            def respond(self, frame, dt, contacts, contact_forces):
+                return self.answer
+
+        class NoSolver(trocar.Response):
+            def respond(self, frame, dt, contacts, contact_forces):
+                laws = trocar.force_laws(1)
+                laws["role"], laws["vertices"], laws["weights"] = 4, [[len(frame.positions) - 1, -1, -1]], [[1, 0, 0]]
+                laws["normal"] = [0, 0, 1]
+                return laws
+        result = trocar.run("i2t_stab", response=NoSolver, ticks=3)
+        self.assertEqual(result.outcome, "threw")
+        self.assertIn("NotImplementedError", result.message)
+        for answer, part in (({"held_force": np.zeros((2, 3))}, "held_force"), ({"wrench": np.zeros((1, 5))}, "wrench"),
+                             ({"contact_timing": "now"}, "contact_timing"), ({"laws": 3}, "laws"),
+                             ({"position_corrections": [3]}, "POSITION_CORRECTION"),
+                             ({"solver_timing": 3}, "solver_timing"), ({"contacts": 3}, "FORCE_LAW")):
+            Answers.answer = answer
+            result = trocar.run("i2t_stab", response=Answers, ticks=3)
+            self.assertEqual(result.outcome, "threw", answer)
+            self.assertIn(part, result.message)
         for cls, part in ((leaky.WrongType, "FORCE_LAW"), (leaky.WrongRole, "role")):
             result = trocar.run("i2t_stab", response=cls, ticks=3)
             self.assertEqual(result.outcome, "threw")
@@ -186,20 +287,60 @@ class Study(Case):
                 pass
             self.refuses(lambda: trocar.read_report(folder), "results.csv", "table")
 
-    def test_a_class_of_main_is_refused(self):
-        code = ("import trocar\n"
-                "class Local(trocar.Detector):\n    def detect(self, frame):\n        return []\n"
-                "trocar.register_detector('local', Local)\n"
-                "try:\n"
-                "    trocar.study({'name': 'x', 'experiments': [{'frames': 'replay', 'scenes': ['i2t_stab'],"
-                " 'detectors': [{'method': 'local'}]}]}, 'never')\n"
-                "except trocar.InputError as error:\n    print(error)\n")
+    main = ("import sys\nimport trocar\nimport numpy as np\n"
+            "def kept(pairs):\n    return pairs[(pairs[:, 0] + pairs[:, 1]) % 3 != 0]\n"
+            "class Local(trocar.Detector):\n"
+            "    def prepare(self, topology, frame):\n"
+            "        self.exact = trocar.make_detector('brute_force')\n"
+            "        self.exact.prepare(topology, frame)\n"
+            "    def update(self, frame, query_distance):\n        self.exact.update(frame, query_distance)\n"
+            "    def detect(self, frame):\n        return kept(self.exact.detect(frame)[0])\n"
+            "study = {'name': 'x', 'time_limit_s': 100, 'reference': 'brute_force', 'experiments': [{'frames': 'replay',"
+            " 'scenes': ['i2t_deep_start'], 'detectors': ['brute_force', Local]}]}\n")
+
+    def test_a_class_of_main_joins_a_study(self):
+        self.needs_cloudpickle()
+        lost = sum((a + b) % 3 == 0 for a, b in trocar.detect("i2t_deep_start", detector="brute_force").pairs.tolist())
+        self.assertGreater(lost, 0)
+        code = self.main + ("for again in (0, 1):\n"
+                            "    results = trocar.study(study, 'out').results.set_index('detector')\n"
+                            "    print(results.loc['local', 'outcome'], results.loc['local', 'version'],"
+                            " results.loc['local', 'false_negatives'] / results.loc['local', 'ticks'])\n")
         with tempfile.TemporaryDirectory() as folder:
             done = python("-c", code, cwd=folder)
             self.assertEqual(done.returncode, 0, done.stderr)
-            self.assertIn("method local: expected a class of a module", done.stdout)
+            first, second = done.stdout.splitlines()
+            self.assertEqual(first, second)
+            self.assertTrue(first.startswith("ok "), first)
+
+    def test_a_class_that_cannot_be_copied_is_refused(self):
+        self.needs_cloudpickle()
+        code = self.main + ("Local.open = open('open.txt', 'w')\nLocal.lock = __import__('threading').Lock()\n"
+                            "try:\n    trocar.study(study, 'never')\n"
+                            "except trocar.InputError as error:\n    print(error)\n")
+        with tempfile.TemporaryDirectory() as folder:
+            done = python("-c", code, cwd=folder)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("method local: expected a class that can be copied", done.stdout)
             self.assertIn("__main__.Local", done.stdout)
+            self.assertEqual(done.stdout.count("\n"), 1)
+            self.assertEqual(os.listdir(folder), ["open.txt"])
+
+    def test_without_cloudpickle_the_line_names_it(self):
+        code = self.main + ("sys.modules['cloudpickle'] = None\n"
+                            "try:\n    trocar.study(study, 'never')\n"
+                            "except trocar.InputError as error:\n    print(error)\n")
+        with tempfile.TemporaryDirectory() as folder:
+            done = python("-c", code, cwd=folder)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("python3-cloudpickle", done.stdout)
             self.assertEqual(os.listdir(folder), [])
+
+    def needs_cloudpickle(self):
+        try:
+            import cloudpickle  # noqa: F401
+        except ImportError:
+            self.skipTest("python3-cloudpickle is not installed")
 
     def test_methods_on_the_command_line_are_checked(self):
         for words in (("--method",), ("--method", "x"), ("--method", "x=no_such_module:X"),
@@ -225,10 +366,11 @@ class Contract(Case):
         self.assertEqual(done.returncode, 0, done.stdout[-3000:] + done.stderr[-1000:])
         self.assertRegex(done.stdout, r"\[  PASSED  \] [1-9][0-9]+ tests")
 
-    def test_the_example_response_passes(self):
-        done = self.contract("--method", "springs=trocar.examples:Springs")
-        self.assertEqual(done.returncode, 0, done.stdout[-3000:] + done.stderr[-1000:])
-        self.assertRegex(done.stdout, r"\[  PASSED  \] [1-9][0-9]* tests")
+    def test_the_example_responses_pass(self):
+        for method in ("springs=trocar.examples:Springs", "impulses=trocar.examples:Impulses"):
+            done = self.contract("--method", method)
+            self.assertEqual(done.returncode, 0, done.stdout[-3000:] + done.stderr[-1000:])
+            self.assertRegex(done.stdout, r"\[  PASSED  \] [1-9][0-9]* tests")
 
     def test_a_leaky_detector_fails(self):
         done = self.contract("--method", "leaky=leaky:Leaky", "--gtest_filter=*leaky_SamePairsAsTheOracle")

@@ -171,27 +171,16 @@ TEST(ImpulseFamily, AVertexThatFallsOnAPlateKeepsThePartOfItsSpeedThatRestitutio
     }
 }
 
-TEST(ImpulseFamily, ActsInEverySubStepOrOnceAtOnceOrHeldOverTheTick) {
-    // A vertex that a spring draws into the plate: found once, the impulse takes the speed of the first
-    // sub-step alone.
-    const auto pressed = [](const std::string& acts) {
-        PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
-        s.materials.substeps = 10;
-        s.materials.pinned = {0, 0, 0, 0, 1, 1};
-        s.materials.springs = {{.i = 3, .j = 4, .rest = 0.04, .k = 50.0}};
-        s.frame.velocity(2, 3) = -0.1;
-        s.step("impulse:bias=0,acts=" + acts);
-        return s;
-    };
-    EXPECT_NEAR(pressed("substep").frame.velocity(2, 3), 0.0, 1e-12);
-    EXPECT_LT(pressed("tick").frame.velocity(2, 3), -0.01);
-    // m v / dt and, found once, the spring's push of the first sub-step: at once a tenth of it, held all of it.
-    const PairSample held = pressed("held");
-    const Vector3 along = held.before.position.col(3) - held.before.position.col(4);
-    const double push = -50.0 * (0.04 - along.norm()) * along.normalized().z();
-    EXPECT_GT(push, 0.1);
-    EXPECT_NEAR(held.contact_forces[0].force.z(), 0.1 + push, 1e-9);
-    EXPECT_NEAR(pressed("tick").contact_forces[0].force.z(), 0.1 + 0.1 * push, 1e-9);
+TEST(ImpulseFamily, ActsInEverySubStep) {
+    // A vertex that a spring draws into the plate: found once, the impulse would take the speed of the first sub-step
+    // alone.
+    PairSample s = vertex_of_b_in_a(BodyKind::instrument, BodyKind::tissue);
+    s.materials.substeps = 10;
+    s.materials.pinned = {0, 0, 0, 0, 1, 1};
+    s.materials.springs = {{.i = 3, .j = 4, .rest = 0.04, .k = 50.0}};
+    s.frame.velocity(2, 3) = -0.1;
+    s.step("impulse:bias=0");
+    EXPECT_NEAR(s.frame.velocity(2, 3), 0.0, 1e-12);
 }
 
 TEST(XpbdContact, IsAnUndampedSpringAsStiffAsItsComplianceSays) {

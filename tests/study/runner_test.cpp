@@ -41,6 +41,7 @@ protected:
     void prepare(std::size_t i) const {
         Record record;
         record.spec = plan_[i].spec;
+        record.environment = plan_[i].facts;
         record.summary[Metric::ticks] = static_cast<double>(i);
         std::ofstream(prepared() / (std::to_string(i) + ".json")) << to_json_line(record) << "\n";
     }
@@ -294,6 +295,20 @@ TEST_F(RunnerTest, AnotherSpecificationIsRunAlone) {
     const RunnerResult result = run_plan(plan_, options(""));
     EXPECT_EQ(result.found, 3);
     EXPECT_EQ(result.made, 1);
+}
+
+TEST_F(RunnerTest, ARunBesideOtherReferencesIsMadeAgain) {
+    run_plan(plan_, options(""));
+    for (const char* references : {"0123456789abcdef", "0123456789abcdee"}) {
+        plan_[3].facts["scene.references"] = references;
+        prepare(3);
+        EXPECT_EQ(run_plan(plan_, options("")).made, 1);
+        EXPECT_EQ(run_plan(plan_, options("")).made, 0);
+        EXPECT_EQ(records()[3].environment.at("scene.references"), references);
+    }
+    plan_[3].facts.clear();
+    prepare(3);
+    EXPECT_EQ(run_plan(plan_, options("")).made, 1);
 }
 
 TEST_F(RunnerTest, AnotherTimeLimitStartsAnewAndTheFirstOneIsStillKnown) {

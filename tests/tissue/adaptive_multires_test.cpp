@@ -284,27 +284,6 @@ TEST(AdaptiveMultires, WhatContactsGaveBeforeHasNoPartInWhatTheyGive) {
     EXPECT_GT(other, 100) << "it does begin elsewhere";
 }
 
-TEST(AdaptiveMultires, GivesTheSameBitsWithASecondThread) {
-    Settings two = with("0.01");
-    two["threads"] = "2";
-    Press alone("adaptive_multires", with("0.01"));
-    Press beside("adaptive_multires", two);
-    alone.friction = beside.friction = 0.2;
-    for (int tick = 0; tick < 260; ++tick) {
-        alone.step();
-        beside.step();
-        ASSERT_EQ(beside.s.frame.hash(), alone.s.frame.hash()) << tick;
-        ASSERT_EQ(beside.force(), alone.force()) << tick;
-    }
-    // From frames of others, and after them, too.
-    for (Press* one : {&alone, &beside}) one->s.frame.position.col(0) += Vector3(0.0, 0.0, 1e-5);
-    for (int tick = 0; tick < 20; ++tick) {
-        alone.step();
-        beside.step();
-        ASSERT_EQ(beside.s.frame.hash(), alone.s.frame.hash()) << tick;
-    }
-}
-
 /// The stiffer a contact, the less of what is open shows in the rate at which it gives way.
 TEST(AdaptiveMultires, StiffContactsAreFoundAsExactlyAsSoftOnes) {
     std::mt19937 random(6);

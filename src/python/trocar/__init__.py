@@ -15,6 +15,7 @@ import importlib
 import inspect
 import json
 import os
+import pickle
 import re
 import signal
 import subprocess
@@ -28,16 +29,18 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _trocar
-from ._trocar import (CONTACT, CONTACT_FORCE, FORCE_LAW, Detection, Frame, InputError, Materials, Tick, Topology,
-                      __version__, force_laws, triangles_intersect)
+from ._trocar import (CONTACT, CONTACT_FORCE, FORCE_LAW, POSITION_CORRECTION, SOLVED_CONTACT, Detection, Frame,
+                      InputError, Materials, PredictedStep, Tick, Topology, __version__, force_laws,
+                      triangles_intersect)
 
 if TYPE_CHECKING:
     import pandas as _pandas  # type: ignore
 
 __all__ = [
-    "CONTACT", "CONTACT_FORCE", "FORCE_LAW", "Detection", "Detector", "Frame", "InputError", "Materials", "Report",
-    "Response", "Result", "Simulation", "Tick", "Topology", "__version__", "detect", "force_laws", "make_detector",
-    "read_report", "register_detector", "register_response", "run", "study", "triangles_intersect",
+    "CONTACT", "CONTACT_FORCE", "FORCE_LAW", "POSITION_CORRECTION", "SOLVED_CONTACT", "Detection", "Detector", "Frame",
+    "InputError", "Materials", "PredictedStep", "Report", "Response", "Result", "Simulation", "Tick", "Topology",
+    "__version__", "detect", "force_laws", "make_detector", "read_report", "register_detector", "register_response",
+    "run", "study", "triangles_intersect",
 ]
 
 PathLike = Union[str, "os.PathLike[str]"]
@@ -103,52 +106,74 @@ class Response:
         """Once per run."""
 
     def respond(self, frame: Frame, dt: float, contacts: npt.NDArray[Any],
-                contact_forces: npt.NDArray[Any]) -> npt.NDArray[Any]:
+                contact_forces: npt.NDArray[Any]) -> Union[npt.NDArray[Any], Dict[str, Any]]:
         """Once per tick: the contact force laws, an array of trocar.FORCE_LAW (trocar.force_laws(n) has the defaults).
+
+        Or a dict, each key of which may be absent: contacts, that array; held_force, (vertices, 3), N, on tissue over
+        the tick; position_corrections, an array of trocar.POSITION_CORRECTION, states that tissue vertices (one entry
+        each) have before the tissue is integrated; wrench, (bodies, 6), force in N and moment in N m about the world's
+        origin, on instruments; contact_timing, "implicit" (as without it), "at_tick_start" or "at_substep_start";
+        solver_timing, "substep" (as without it) or "held".
 
         contacts: array of trocar.CONTACT. contact_forces: array of trocar.CONTACT_FORCE, one per law of the last tick;
         empty at the first. dt: s.
         """
         raise NotImplementedError
 
+    def solve(self, step: PredictedStep) -> None:
+        """In every sub-step (solver_timing) of tissue: applies impulses to the laws of role 4, "solved".
 
-_registered: Dict[Tuple[str, str], Tuple[type, str]] = {}
-"""Class and version by kind and name."""
+        Such a law pushes tissue and has k = mu = 0. The answer depends on the step alone.
+        """
+        raise NotImplementedError
+
+
+_registered: Dict[Tuple[str, str], Tuple[type, str, str]] = {}
+"""Class, version and place (MODULE:CLASS or file) by kind and name; no place: no other process can load it."""
+
+
+def _place_of(cls: type) -> str:
+    is_importable = cls.__module__ != "__main__" and "<locals>" not in cls.__qualname__
+    return f"{cls.__module__}:{cls.__qualname__}" if is_importable else ""
+
+
+def _version(content: bytes) -> str:
+    return f"slow prototype, source {hashlib.sha256(content).hexdigest()[:12]}"
 
 
 def _version_of(cls: type) -> str:
     """Hash over the files of the class and its bases, so that an edited file is another version."""
-    content = hashlib.sha256()
+    content = b""
     for one in cls.__mro__:
         if one in (object, Detector, Response):
             continue
         try:
-            content.update(Path(inspect.getsourcefile(one) or "").read_bytes())
+            content += Path(inspect.getsourcefile(one) or "").read_bytes()
         except (OSError, TypeError):
             try:
-                content.update(inspect.getsource(one).encode())
+                content += inspect.getsource(one).encode()
             except (OSError, TypeError):
-                content.update(repr(one).encode())
-    return f"slow prototype, source {content.hexdigest()[:12]}"
+                content += repr(one).encode()
+    return _version(content)
 
 
-def _register(name: str, cls: type, call: str, parent: type) -> None:
+def _register(name: str, cls: type, call: str, parent: type, version: str = "", place: str = "") -> None:
     kind = parent.__name__.lower()
     what = f"trocar.register_{kind}"
     if not (isinstance(name, str) and re.fullmatch("[a-z][a-z0-9_]*", name)):
         raise InputError(f"{what}: expected a name of lower-case letters, digits and _, got {name!r}")
     if not (isinstance(cls, type) and callable(getattr(cls, call, None))):
         raise InputError(f"{what}: {name}: expected a class with a method {call}, got {cls!r}")
-    version = _version_of(cls)
-    if _registered.get((kind, name)) == (cls, version):
+    entry = (cls, version or _version_of(cls), place or _place_of(cls))
+    if _registered.get((kind, name)) == entry:
         return
     whole = cls if issubclass(cls, parent) else type(cls.__name__, (cls, parent), {})
     try:
-        (_trocar.register_detector if parent is Detector else _trocar.register_response)(name, whole, version)
+        (_trocar.register_detector if parent is Detector else _trocar.register_response)(name, whole, entry[1])
     except (TypeError, RuntimeError) as error:
         raise InputError(f"{what}: {name}: expected attributes as those of trocar.{parent.__name__}, got {error}"
                          .split("\n")[0]) from None
-    _registered[kind, name] = cls, version
+    _registered[kind, name] = entry
 
 
 def register_detector(name: str, cls: type) -> None:
@@ -174,30 +199,57 @@ def _name_of(method: Union[str, type], register: Any) -> str:
     return method
 
 
-def _register_any(name: str, cls: type) -> None:
-    (register_response if callable(getattr(cls, "respond", None)) else register_detector)(name, cls)
+def _register_any(name: str, cls: type, version: str = "", place: str = "") -> None:
+    if callable(getattr(cls, "respond", None)):
+        _register(name, cls, "respond", Response, version, place)
+    else:
+        _register(name, cls, "detect", Detector, version, place)
 
 
 def _register_named(text: str) -> None:
-    """Registers NAME=MODULE:CLASS. Raises InputError."""
-    match = re.fullmatch(r"([^=]*)=([^:]*):(.*)", text)
-    if not match:
+    """Registers NAME=MODULE:CLASS, or NAME=FILE of a class that _copied wrote. Raises InputError."""
+    name, is_named, place = text.partition("=")
+    is_file = place.endswith(".pickle")
+    module, is_module, qualname = place.partition(":")
+    if not is_named or not (is_module or is_file):
         raise InputError(f"--method: expected NAME=MODULE:CLASS, got '{text}'")
-    name, module, qualname = match.groups()
     try:
-        cls: Any = importlib.import_module(module)
-        for part in qualname.split("."):
+        content = Path(place).read_bytes() if is_file else b""
+        cls: Any = pickle.loads(content) if is_file else importlib.import_module(module)
+        for part in () if is_file else qualname.split("."):
             cls = getattr(cls, part)
     except Exception as error:  # whatever the module raises on import
         reason = f"{type(error).__name__}: {error}".split("\n")[0]
         raise InputError(f"--method {text}: expected a class that can be imported, got {reason}") from None
-    _register_any(name, cls)
+    _register_any(name, cls, _version(content) if is_file else "", place if is_file else "")
 
 
-def _methods_text() -> str:
-    """The registered methods that a child process can import, as _methods_variable."""
-    return ",".join(f"{name}={cls.__module__}:{cls.__qualname__}" for (_, name), (cls, _) in _registered.items()
-                    if cls.__module__ != "__main__" and "<locals>" not in cls.__qualname__)
+def _methods_text(places: _abc.Mapping[str, str] = {}) -> str:
+    """The registered methods that a child process can load, as _methods_variable. places: further ones by name."""
+    known = {name: place for (_, name), (_, _, place) in _registered.items() if place}
+    return ",".join(f"{name}={place}" for name, place in {**known, **places}.items())
+
+
+def _copied(name: str, cls: type, folder: str) -> str:
+    """File in which another process finds a class that it cannot import, with what the class uses.
+
+    Its bytes are the version. A class defined anew is another version, whether or not its text changed.
+    """
+    here = f"{cls.__module__}.{cls.__qualname__}"
+    try:
+        import cloudpickle  # type: ignore
+    except ImportError:
+        raise InputError(f"method {name}: expected a class of a module, or the package cloudpickle (python3-cloudpickle)"
+                         f" for a class of a notebook's cell, got {here} without it") from None
+    try:
+        content = cloudpickle.dumps(cls)
+    except Exception as error:  # whatever an object of the class's surroundings raises
+        reason = f"{type(error).__name__}: {error}".split("\n")[0]
+        raise InputError(f"method {name}: expected a class that can be copied to another process, got {here}: {reason}"
+                         ) from None
+    file = Path(folder) / f"{name}.pickle"
+    file.write_bytes(content)
+    return str(file)
 
 
 # ---------------------------------------------------------------- detection
@@ -453,7 +505,8 @@ def study(study: Union[PathLike, _abc.Mapping[str, Any]], output: Optional[PathL
     by side, of those that nobody times.
 
     Registered Python methods take part by their names, and classes in a dict as they stand. The processes of the runs
-    import them, so that each must stand in a module.
+    import them. A class of a notebook's cell or of the main script is copied to them with cloudpickle; defined anew, it
+    is another version, whose runs are made again.
     An interruption ends the study with KeyboardInterrupt and keeps the finished runs. Raises InputError.
     """
     is_dict = isinstance(study, _abc.Mapping)
@@ -465,21 +518,25 @@ def study(study: Union[PathLike, _abc.Mapping[str, Any]], output: Optional[PathL
         text = file.read_text(encoding="utf-8", errors="replace") if file.is_file() else ""  # the child complains
         named = re.search(r'"name"\s*:\s*"([^"/]+)"', text)
         output = Path(output or Path("build", "reports", named.group(1) if named else "study"))
-    for (_, name), (cls, _) in _registered.items():
-        if re.search(rf'"{name}[":]', text) and f"{name}={cls.__module__}:" not in _methods_text():
-            raise InputError(f"method {name}: expected a class of a module, which the processes of a study can import, "
-                             f"got {cls.__module__}.{cls.__qualname__} (in a notebook: begin its cell with "
-                             f"%%writefile {name}.py and import it)")
+    with tempfile.TemporaryDirectory() as folder:
+        places = {name: _copied(name, cls, folder) for (_, name), (cls, _, place) in _registered.items()
+                  if not place and re.search(rf'"{name}[":]', text)}
+        return _study_in_child(file, text if is_dict else None, output, jobs, data, places)
+
+
+def _study_in_child(file: Path, text: Optional[str], output: Path, jobs: int, data: Optional[PathLike],
+                    places: Dict[str, str]) -> Report:
+    """text: content for the file, None where it stands."""
     made = [folder for folder in (output, *output.parents) if not folder.exists()]
-    before = file.read_bytes() if is_dict and file.is_file() else None
-    if is_dict:
+    before = file.read_bytes() if text is not None and file.is_file() else None
+    if text is not None:
         output.mkdir(parents=True, exist_ok=True)
         file.write_text(text, encoding="utf-8")
     command = [sys.executable, "-m", "trocar", "study", str(file), "--output", str(output), "--jobs", str(jobs)]
     if data is not None:
         command += ["--data", str(data)]
     with tempfile.TemporaryFile() as errors:
-        child = subprocess.Popen(command, env=_child_environment(), stdout=subprocess.DEVNULL, stderr=errors)
+        child = subprocess.Popen(command, env=_child_environment(places), stdout=subprocess.DEVNULL, stderr=errors)
         try:
             status = child.wait()
         except KeyboardInterrupt:
@@ -490,7 +547,7 @@ def study(study: Union[PathLike, _abc.Mapping[str, Any]], output: Optional[PathL
         lines = errors.read().decode("utf-8", "replace").strip().split("\n")
     if status == 0:
         return read_report(output)
-    if status == 2 and is_dict:  # nothing half written
+    if status == 2 and text is not None:  # nothing half written
         if before is None:
             file.unlink()
         else:
@@ -506,10 +563,10 @@ def study(study: Union[PathLike, _abc.Mapping[str, Any]], output: Optional[PathL
     raise RuntimeError(f"trocar study ended with status {status}: {message}")
 
 
-def _child_environment() -> Dict[str, str]:
+def _child_environment(places: _abc.Mapping[str, str] = {}) -> Dict[str, str]:
     """Environment in which a child imports what this process imports, and has its methods."""
     path = os.pathsep.join(os.path.abspath(one) for one in sys.path)
-    return {**os.environ, "PYTHONPATH": path, _methods_variable: _methods_text()}
+    return {**os.environ, "PYTHONPATH": path, _methods_variable: _methods_text(places)}
 
 
 def _main(words: List[str], run_words: Callable[[List[str]], int]) -> int:

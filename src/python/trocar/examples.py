@@ -1,4 +1,6 @@
-"""A detector and a response written in Python, to copy: baselines/example.cpp and example_response.cpp with NumPy.
+"""A detector and two responses written in Python, to copy.
+
+Boxes and Springs are baselines/example.cpp and example_response.cpp with NumPy.
 
     trocar.register_detector("boxes", trocar.examples.Boxes)
     python3 -m trocar.contract --method boxes=trocar.examples:Boxes --method springs=trocar.examples:Springs
@@ -59,11 +61,16 @@ class Springs(trocar.Response):
 
     def respond(self, frame: trocar.Frame, dt: float, contacts: npt.NDArray[Any],
                 contact_forces: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        laws, pushed, surface_velocity = self.laws_of(frame, contacts)
+        laws["face_velocity"] = (surface_velocity * laws["normal"]).sum(axis=1)
+        return laws
+
+    def laws_of(self, frame: trocar.Frame,
+                contacts: npt.NDArray[Any]) -> Tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
+        """Laws of the contacts with geometry, the kind of body that each pushes, and the other surface's velocity."""
         # What a generator could not determine is NaN.
         contacts = contacts[np.isfinite(contacts["gap"]) & np.isfinite(contacts["normal"]).all(axis=1)]
         laws = trocar.force_laws(len(contacts))
-        if len(contacts) == 0:
-            return laws
         # Bodies are sorted (instrument, rigid, tissue): b is the softer one and is pushed along the normal.
         kind_a, kind_b = self.kind[contacts["body_a"]], self.kind[contacts["body_b"]]
         push_b = kind_b != "rigid"
@@ -76,7 +83,6 @@ class Springs(trocar.Response):
         others, other_weights = chosen(~push_b)
         normal = np.where(push_b[:, None], contacts["normal"], -contacts["normal"])
         point = (frame.positions[vertices] * weights[:, :, None]).sum(axis=1)
-        velocity = (frame.velocities[others] * other_weights[:, :, None]).sum(axis=1)
         laws["source_id"], laws["gap"] = contacts["id"], contacts["gap"]
         laws["vertices"], laws["weights"], laws["normal"] = vertices, weights, normal
         # Tissue takes the reaction with its vertices, a tool on the line of the force; bone needs nobody.
@@ -86,8 +92,41 @@ class Springs(trocar.Response):
         on_tool = push_b & (kind_a == "instrument")
         laws["reaction_body"][on_tool] = contacts["body_a"][on_tool]
         laws["reaction_point"][on_tool] = (point - contacts["gap"][:, None] * normal)[on_tool]
-        laws["face_velocity"] = (velocity * normal).sum(axis=1)
         of_scene = self.laws[self.law_of_bodies[contacts["body_a"], contacts["body_b"]]]
         laws["k"] = np.where(np.isnan(of_scene[:, 0]), self.k, of_scene[:, 0])
         laws["mu"] = np.where(np.isnan(of_scene[:, 1]), laws["k"] * self.relaxation_time, of_scene[:, 1])
+        surface_velocity = (frame.velocities[others] * other_weights[:, :, None]).sum(axis=1)
+        return laws, np.where(push_b, kind_b, kind_a), surface_velocity
+
+
+class Impulses(Springs):
+    """On tissue, impulses by projected Gauss-Seidel (Catto, GDC 2005); elsewhere Springs."""
+
+    parameters = {**Springs.parameters, "bias": (0.2, "1", "fraction of the depth removed in a sub-step"),
+                  "sweeps": (10.0, "1", "over all contacts")}
+
+    def __init__(self, k: float, relaxation_time: float, bias: float, sweeps: float) -> None:
+        super().__init__(k, relaxation_time)
+        self.bias, self.sweeps = bias, int(sweeps)
+
+    def respond(self, frame: trocar.Frame, dt: float, contacts: npt.NDArray[Any],
+                contact_forces: npt.NDArray[Any]) -> npt.NDArray[Any]:
+        laws, pushed, surface_velocity = self.laws_of(frame, contacts)
+        laws["face_velocity"] = (surface_velocity * laws["normal"]).sum(axis=1)
+        solved = pushed == "tissue"
+        laws["role"][solved] = 4
+        laws["k"][solved] = laws["mu"][solved] = laws["face_velocity"][solved] = 0.0
+        scripted = solved & (laws["reaction_vertices"][:, 0] < 0)
+        laws["surface_velocity"][scripted] = surface_velocity[scripted]
         return laws
+
+    def solve(self, step: trocar.PredictedStep) -> None:
+        contacts, total = step.contacts, np.zeros(len(step.contacts))
+        depth = contacts["depth"]
+        target = np.where(depth > 0.0, self.bias * depth, depth) / step.time
+        for _ in range(self.sweeps):
+            for i, contact in enumerate(contacts):
+                # The sum is clamped, not each correction.
+                after = max(0.0, total[i] + (target[i] - step.rate(i)) / contact["mobility"])
+                step.push(i, (after - total[i]) * contact["normal"])
+                total[i] = after
