@@ -21,8 +21,8 @@ InputError wrong(const std::string& where, const std::string& expected, const py
 /// Copies a one-dimensional structured array.
 template <typename Item>
 std::vector<Item> items_from(const py::object& given, const py::dtype& type, const char* where, const char* expected) {
-    const bool fits = py::isinstance<py::array>(given) && py::array(given).dtype().equal(type) &&
-                      py::array(given).ndim() == 1;
+    const bool fits =
+        py::isinstance<py::array>(given) && py::array(given).dtype().equal(type) && py::array(given).ndim() == 1;
     if (!fits) throw wrong(where, expected, given);
     const py::array array = py::array::ensure(given, py::array::c_style);
     std::vector<Item> items(static_cast<std::size_t>(array.size()));
@@ -94,7 +94,7 @@ private:
     PredictedStep* step_;
 };
 
-py::array_t<double> array_of(const Vector3& vector) { return {3, vector.data()}; }
+py::array_t<double> array_of(const Vector3& vector) { return py::array_t<double>(3, vector.data()); }
 
 Vector3 vector_from(const py::object& given, const char* name) {
     const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
@@ -143,8 +143,7 @@ void take_answer(const py::object& answer, Eigen::Index vertex_count, std::size_
             output.contact_timing = value_of<ContactTiming>(
                 given, "contact_timing", std::array{"implicit", "at_tick_start", "at_substep_start"});
         } else if (name == "solver_timing") {
-            output.solver_timing =
-                value_of<SolverTiming>(given, "solver_timing", std::array{"substep", "held"});
+            output.solver_timing = value_of<SolverTiming>(given, "solver_timing", std::array{"substep", "held"});
         } else {
             throw InputError("respond", "",
                              "the keys contacts, held_force, position_corrections, wrench, contact_timing and "
@@ -177,8 +176,9 @@ void add_step(py::module_& module) {
 
 A column is a movable vertex, with the velocity (m/s) predicted for the end of the sub-step. Point P of a contact is the
 weighted sum of its columns. After solve a column's position changes by time * velocity + shift.)")
-        .def_property_readonly("time", [](const Step& step) { return step.get().time(); },
-                               (std::string("s, over which the impulses act.") + lifetime).c_str())
+        .def_property_readonly(
+            "time", [](const Step& step) { return step.get().time(); },
+            (std::string("s, over which the impulses act.") + lifetime).c_str())
         .def_property_readonly(
             "contacts",
             [](const Step& step) {
@@ -187,28 +187,34 @@ weighted sum of its columns. After solve a column's position changes by time * v
             },
             "(n,) array of trocar.SOLVED_CONTACT, a copy: depth (m) at the start of the sub-step, mobility (1/kg) of P "
             "along any direction, surface (m/s) of a scripted other side, source: number of its law.")
-        .def_property_readonly("velocities", [](const Step& step) { return velocities_of(step.get()); },
-                               "(columns, 3) float64, m/s, a copy.")
-        .def_property_readonly("inverse_masses", [](const Step& step) { return inverse_masses_of(step.get()); },
-                               "(columns,) float64, 1/kg, a copy.")
-        .def("velocity",
-             [](const Step& step, py::ssize_t i) { return array_of(step.get().velocity(step.contact(i))); },
-             py::arg("contact"), "(3,), m/s, of P relative to the other side, with the impulses so far.")
-        .def("rate", [](const Step& step, py::ssize_t i) { return step.get().rate(step.contact(i)); },
-             py::arg("contact"), "m/s, opening rate of the gap, with the impulses so far.")
-        .def("depth_after", [](const Step& step, py::ssize_t i) { return step.get().depth_after(step.contact(i)); },
-             py::arg("contact"), "m, at the end of the step, with the impulses and shifts so far.")
-        .def("push",
-             [](const Step& step, py::ssize_t i, const py::object& impulse) {
-                 step.get().push(step.contact(i), vector_from(impulse, "impulse"));
-             },
-             py::arg("contact"), py::arg("impulse"), "Applies an impulse (N s) to P and its opposite to the other side.")
-        .def("shift",
-             [](const Step& step, py::ssize_t i, const py::object& by) {
-                 step.get().shift(step.contact(i), vector_from(by, "by"));
-             },
-             py::arg("contact"), py::arg("by"),
-             "Moves P by mobility * by (kg m). Velocities and contact forces do not change.");
+        .def_property_readonly(
+            "velocities", [](const Step& step) { return velocities_of(step.get()); },
+            "(columns, 3) float64, m/s, a copy.")
+        .def_property_readonly(
+            "inverse_masses", [](const Step& step) { return inverse_masses_of(step.get()); },
+            "(columns,) float64, 1/kg, a copy.")
+        .def(
+            "velocity", [](const Step& step, py::ssize_t i) { return array_of(step.get().velocity(step.contact(i))); },
+            py::arg("contact"), "(3,), m/s, of P relative to the other side, with the impulses so far.")
+        .def(
+            "rate", [](const Step& step, py::ssize_t i) { return step.get().rate(step.contact(i)); },
+            py::arg("contact"), "m/s, opening rate of the gap, with the impulses so far.")
+        .def(
+            "depth_after", [](const Step& step, py::ssize_t i) { return step.get().depth_after(step.contact(i)); },
+            py::arg("contact"), "m, at the end of the step, with the impulses and shifts so far.")
+        .def(
+            "push",
+            [](const Step& step, py::ssize_t i, const py::object& impulse) {
+                step.get().push(step.contact(i), vector_from(impulse, "impulse"));
+            },
+            py::arg("contact"), py::arg("impulse"), "Applies an impulse (N s) to P and its opposite to the other side.")
+        .def(
+            "shift",
+            [](const Step& step, py::ssize_t i, const py::object& by) {
+                step.get().shift(step.contact(i), vector_from(by, "by"));
+            },
+            py::arg("contact"), py::arg("by"),
+            "Moves P by mobility * by (kg m). Velocities and contact forces do not change.");
 }
 
 }  // namespace trocar::python

@@ -155,9 +155,8 @@ void add_cost_by_size(Draft& draft) {
     for (const auto& [family, sizes] : families) {
         draft.figure(
             fmt::format("cost_by_size_{}", ++number), drawing_of(family, sizes),
-            fmt::format("Median time per stage against the number of tissue triangles: {} with {}, stepper {}; "
-                        "{}.",
-                        family.scenes, code(family.methods), code(family.stepper), threads_of(family.stepper)));
+            fmt::format("Median time per stage against the number of tissue triangles: {} with {}, stepper {}.",
+                        family.scenes, code(family.methods), code(family.stepper)));
     }
     draft.add(size_table(families));
 }

@@ -66,14 +66,14 @@ ResponseEntry impulse_response() {
     entry.parameters = {
         number_parameter("e", "1", "0", 0.0, 1.0, "restitution, on tissue"),
         number_parameter("bias", "1", "0.2", 0.0, 1.0, "part of the depth worked off each time it acts"),
-        integer_parameter("sweeps", "10", 1.0, 1000.0, "passes over all contacts each time it acts"), reduction_parameter()};
+        integer_parameter("sweeps", "10", 1.0, 1000.0, "passes over all contacts each time it acts"),
+        reduction_parameter()};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
-        return std::make_unique<PointResponse>(
-            PointResponse::Settings{.reduce = values.is("reduction", "vertex")},
-            std::make_unique<ImpulseSolver>(
-                ImpulseSolver::Choice{.restitution = values.number("e"),
-                                      .bias = values.number("bias"),
-                                      .sweeps = static_cast<int>(values.integer("sweeps"))}));
+        return std::make_unique<PointResponse>(PointResponse::Settings{.reduce = values.is("reduction", "vertex")},
+                                               std::make_unique<ImpulseSolver>(ImpulseSolver::Choice{
+                                                   .restitution = values.number("e"),
+                                                   .bias = values.number("bias"),
+                                                   .sweeps = static_cast<int>(values.integer("sweeps"))}));
     };
     return entry;
 }

@@ -50,8 +50,7 @@ ResponseEntry reflection_response() {
     entry.without_tissue = acts_as_penalty;
     entry.parameters = {
         number_parameter("bump", "1", "0", 0.0, 1.0, "0: slides on, 1: bounces with its normal speed; on tissue"),
-        number_parameter("friction", "1", "1", 0.0, 1.0, "1: none, 0: sticks"),
-        reduction_parameter()};
+        number_parameter("friction", "1", "1", 0.0, 1.0, "1: none, 0: sticks"), reduction_parameter()};
     entry.make = [](const ParameterValues& values) -> std::unique_ptr<Response> {
         return std::make_unique<PointResponse>(
             PointResponse::Settings{.reduce = values.is("reduction", "vertex")},

@@ -224,8 +224,8 @@ std::string zip(const std::vector<std::pair<std::string, std::string>>& members)
     for (const auto& [name, data] : members) {
         const auto u16 = [](std::size_t number) { return bytes_of(static_cast<std::uint16_t>(number), false); };
         const auto u32 = [](std::size_t number) { return bytes_of(static_cast<std::uint32_t>(number), false); };
-        const std::string common = u16(20) + u16(0) + u16(0) + u32(0) + u32(checksum(data)) + u32(data.size()) + u32(data.size()) +
-                                   u16(name.size()) + u16(0);
+        const std::string common = u16(20) + u16(0) + u16(0) + u32(0) + u32(checksum(data)) + u32(data.size()) +
+                                   u32(data.size()) + u16(name.size()) + u16(0);
         list += "PK\1\2" + u16(20) + common + u16(0) + u16(0) + u16(0) + u32(0) + u32(files.size()) + name;
         files += "PK\3\4" + common + name + data;
     }

@@ -110,6 +110,11 @@ class Detectors(Case):
         self.assertGreater(len(trocar.detect("i2t_deep_start", detector="again").pairs), 0)
 
 
+def middle_of(mass, frame):
+    """The vertex of i2t_stab's sheet that is nearest its middle; the rim is pinned."""
+    return int(np.argmin(np.where(mass > 0, np.linalg.norm(frame.positions, axis=1), np.inf)))
+
+
 class Responses(Case):
     def test_the_example_holds_like_its_copy_in_the_program(self):
         # penalty is another law from the same contacts: no equality, but neither gives way.
@@ -119,46 +124,50 @@ class Responses(Case):
         self.assertGreater(np.abs(result.columns["tool_force_z"]).max(), 0.0)
         self.assertLess(result.summary["residual_penetration_max_m"], none.summary["residual_penetration_max_m"])
 
-    def test_impulses_of_a_python_solver_hold_like_those_of_the_program(self):
-        bias = "bias=0.2,sweeps=10"
-        mine = trocar.run("i2t_stab", response=trocar.examples.Impulses, ticks=400)
-        other = trocar.run("i2t_stab", response=f"impulse:e=0,{bias}", contacts="tracked_proximity", ticks=400)
-        none = trocar.run("i2t_stab", response="none", ticks=400)
-        self.assertEqual((mine.outcome, mine.message), ("ok", ""))
-        deepest = [one.summary["residual_penetration_max_m"] for one in (mine, other, none)]
-        self.assertLess(abs(deepest[0] - deepest[1]), 0.05 * (deepest[2] - deepest[1]))
+    def test_impulses_of_a_python_solver_are_those_of_the_program(self):
+        # Projected Gauss-Seidel over the same contacts, written twice; converged, since their orders differ.
+        trocar.register_response("impulses", trocar.examples.Impulses)
+        for scene in ("i2t_drag", "r2t_bone", "t2t_press"):
+            mine = trocar.run(scene, response="impulses:sweeps=500", ticks=300)
+            other = trocar.run(scene, response="impulse:e=0,bias=0.2,sweeps=500,reduction=pair",
+                               contacts="tracked_proximity", ticks=300)
+            self.assertEqual((mine.outcome, mine.message), ("ok", ""))
+            self.assertGreater(np.abs(other.columns["tool_force_z"]).max(), 0.05)
+            for column in ("residual_penetration", "tool_force_z"):
+                scale = np.nanmax(np.abs(other.columns[column]))
+                np.testing.assert_allclose(mine.columns[column], other.columns[column], rtol=0, atol=1e-8 * scale)
 
-    def test_every_member_of_an_output_arrives(self):
-        # Free tissue moves by what the law of motion says, to second order in the tick.
+    def test_forces_and_places_of_an_output_arrive(self):
         class Pushes(trocar.Response):
             def prepare(self, topology, materials):
-                self.mass = materials.mass
-                self.vertex = next(v for v in np.argsort(self.mass) if np.isfinite(self.mass[v]) and self.mass[v] > 0)
+                self.mass = materials.mass.copy()
 
             def respond(self, frame, dt, contacts, contact_forces):
-                answer = {"held_force": np.zeros_like(frame.positions), "contact_timing": "at_tick_start"}
-                answer["held_force"][self.vertex, 2] = 1e-6
+                self.vertex = middle_of(self.mass, frame)
+                answer = {"held_force": np.zeros_like(frame.positions)}
+                answer["held_force"][self.vertex, 2] = 1e-3
                 if frame.tick == 3:
                     moved = np.zeros(1, trocar.POSITION_CORRECTION)
                     moved["vertex"], moved["held"] = self.vertex, True
                     moved["position"] = frame.positions[self.vertex] + [0.0, 0.0, 0.002]
                     answer["position_corrections"] = moved
-                    pushes.append((self.vertex, moved["position"][0]))
+                    placed.append((self.vertex, moved["position"][0]))
                 return answer
-        pushes = []
+        placed = []
         trocar.register_response("pushes", Pushes)
-        simulation = trocar.Simulation("i2t_stab", response="pushes")
-        rest = trocar.Simulation("i2t_stab", response="none")
-        seen = []
-        for tick in range(4):
-            seen.append(simulation.step()["tick"])
+        pushed, rest = trocar.Simulation("i2t_stab", response="pushes"), trocar.Simulation("i2t_stab", response="none")
+        for tick in range(5):
+            pushed.step()
             rest.step()
-            self.assertEqual(simulation.outcome, "ok", simulation.message)
+            self.assertEqual((pushed.outcome, pushed.message), ("ok", ""))
             if tick == 1:
-                vertex = Pushes.__dict__ and np.argmax(np.abs(simulation.positions - rest.positions).sum(axis=1))
-                self.assertGreater((simulation.positions - rest.positions)[vertex, 2], 0.0)
-        (vertex, place), = pushes
-        np.testing.assert_allclose(simulation.positions[vertex], place, atol=1e-9)
+                moved = pushed.positions - rest.positions
+            if placed:
+                break
+        (vertex, place), = placed
+        self.assertEqual(np.argmax(np.abs(moved).sum(axis=1)), vertex)
+        self.assertGreater(moved[vertex, 2], 0.0)
+        np.testing.assert_allclose(pushed.positions[vertex], place, atol=1e-12)
 
     def test_the_wrench_of_a_response_is_felt(self):
         class Wrench(trocar.Response):
@@ -205,10 +214,14 @@ class Responses(Case):
                 return self.answer
 
         class NoSolver(trocar.Response):
+            def prepare(self, topology, materials):
+                self.mass = materials.mass.copy()
+
             def respond(self, frame, dt, contacts, contact_forces):
                 laws = trocar.force_laws(1)
-                laws["role"], laws["vertices"], laws["weights"] = 4, [[len(frame.positions) - 1, -1, -1]], [[1, 0, 0]]
-                laws["normal"] = [0, 0, 1]
+                vertex = middle_of(self.mass, frame)
+                laws["role"], laws["vertices"], laws["weights"] = 4, [[vertex, -1, -1]], [[1, 0, 0]]
+                laws["normal"], laws["gap"] = [0, 0, 1], -0.001
                 return laws
         result = trocar.run("i2t_stab", response=NoSolver, ticks=3)
         self.assertEqual(result.outcome, "threw")
@@ -304,8 +317,7 @@ class Study(Case):
         self.assertGreater(lost, 0)
         code = self.main + ("for again in (0, 1):\n"
                             "    results = trocar.study(study, 'out').results.set_index('detector')\n"
-                            "    print(results.loc['local', 'outcome'], results.loc['local', 'version'],"
-                            " results.loc['local', 'false_negatives'] / results.loc['local', 'ticks'])\n")
+                            "    print(results.loc['local', 'outcome'], results.loc['local', 'false_negatives'] / results.loc['local', 'ticks'])\n")
         with tempfile.TemporaryDirectory() as folder:
             done = python("-c", code, cwd=folder)
             self.assertEqual(done.returncode, 0, done.stderr)

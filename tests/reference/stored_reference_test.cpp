@@ -228,6 +228,26 @@ TEST(StoredReferences, AFileOfAnotherFormatIsNamedAndNoRunEndsOfIt) {
     EXPECT_NE(message.find("trocar-reference-0"), std::string::npos) << message;
 }
 
+TEST(StoredReferences, TheirHashChangesWithEveryFileOfTheSceneAndNoOther) {
+    const test::TemporaryFolder temporary;
+    const std::filesystem::path scene = temporary.path() / "poke.json";
+    EXPECT_EQ(hash_of_references(scene), "");
+    std::filesystem::create_directories(temporary.path() / "reference");
+    EXPECT_EQ(hash_of_references(scene), "");
+    std::set<std::string> seen{""};
+    const auto is_new = [&] { return seen.insert(hash_of_references(scene)).second; };
+    for (const double k : {std::nan(""), 400.0}) {
+        for (const char* content : {"one", "two"}) {
+            std::ofstream(reference_file(scene, k)) << content;
+            EXPECT_TRUE(is_new()) << k << content;
+        }
+    }
+    std::ofstream(reference_file(temporary.path() / "poke_2.json")) << "another scene's";
+    EXPECT_FALSE(is_new());
+    std::filesystem::remove(reference_file(scene));
+    EXPECT_TRUE(is_new());
+}
+
 TEST(StoredReferences, ATurnedStiffnessHasItsOwnEqualKAndTheSceneHardContact) {
     const test::TemporaryFolder temporary;
     std::filesystem::create_directories(temporary.path() / "reference");

@@ -111,11 +111,13 @@ class Impulses(Springs):
 
     def respond(self, frame: trocar.Frame, dt: float, contacts: npt.NDArray[Any],
                 contact_forces: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        laws, pushed, surface_velocity = self.laws_of(frame, contacts)
+        # Gauss-Seidel depends on the order.
+        order = np.lexsort((*contacts["normal"].T, *contacts["point"].T))
+        laws, pushed, surface_velocity = self.laws_of(frame, contacts[order])
         laws["face_velocity"] = (surface_velocity * laws["normal"]).sum(axis=1)
         solved = pushed == "tissue"
         laws["role"][solved] = 4
-        laws["k"][solved] = laws["mu"][solved] = laws["face_velocity"][solved] = 0.0
+        laws["k"][solved] = laws["mu"][solved] = 0.0
         scripted = solved & (laws["reaction_vertices"][:, 0] < 0)
         laws["surface_velocity"][scripted] = surface_velocity[scripted]
         return laws
