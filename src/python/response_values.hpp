@@ -1,4 +1,4 @@
-// What a response written in Python gets and answers: the conversion of its answer, and the sub-step of its solver.
+// Answer and solver of a response written in Python: conversion to a ResponseOutput, and the sub-step that solve gets.
 #pragma once
 
 #include <pybind11/pybind11.h>

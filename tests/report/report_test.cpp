@@ -1041,7 +1041,7 @@ TEST(Report, CostBySizeIsOneChartPerFamilyAndStepperWithSizesAscending) {
     EXPECT_FALSE(report.files.contains("charts/cost_by_size_1.svg"));
     test::expect_holds(report.files.at("charts/cost_by_size_2.svg"),
                        {"sheet_20k, 20000 triangles, detect: 300 µs", "sheet_2k, 2000 triangles, whole tick: 40.0 µs",
-                        "tissue triangles, sheet, implicit", "one thread"});
+                        "tissue triangles, sheet, implicit"});
     EXPECT_TRUE(report.files.contains("charts/cost_by_size_3.svg"));
     const std::string& page = report.files.at("report.md");
     const std::size_t head =
