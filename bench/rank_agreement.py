@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 """Whether two draws of the judged scenes order the responses alike.
 
-  bench/rank_agreement.py reports/verdict/results.csv my/verdict/results.csv
+  bench/rank_agreement.py reports/verdict my/verdict
 
 For every response, contact generator and stepper of both tables: the largest residual penetration over the scenes and its
 median, a failed run counting as infinitely deep. Then Kendall's tau-b between the two orders, without the control `none`.
 """
 import csv
 import math
+import os
 import statistics
 import sys
 from collections import defaultdict
@@ -17,7 +18,11 @@ from itertools import combinations
 def depths(path):
     """Depths in mm by response with its parameters, generator and stepper, of rows that are no reading."""
     rows = defaultdict(list)
-    with open(path, newline="") as file:
+    try:
+        file = open(os.path.join(path, "results.csv"), newline="")
+    except OSError as error:
+        sys.exit(f"rank_agreement.py: {path}: expected the folder of a report, with results.csv: {error.strerror}")
+    with file:
         for row in csv.DictReader(file):
             if row["mode"] != "closed_loop" or row["setting"] == "reading" or row["response"] == "none":
                 continue

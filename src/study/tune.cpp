@@ -131,6 +131,7 @@ Tune read_tune(const std::filesystem::path& file, const std::vector<std::filesys
     if (root.has("force_step_limit")) {
         const JsonNode limit = root.at("force_step_limit");
         expect_object(limit, {"times_reference", "plus_N"}, {"times_reference", "plus_N"});
+        if (tune.limits.contains(Metric::force_jump_max_n)) limit.fail("it or a limit on force_jump_max_n", "both");
         tune.force_step = {.times_reference = limit.at("times_reference").non_negative(),
                            .plus = limit.at("plus_N").non_negative()};
     }

@@ -224,14 +224,13 @@ def _register_named(text: str) -> None:
     _register_any(name, cls, _version(content) if is_file else "", place if is_file else "")
 
 
-def _methods_text(places: _abc.Mapping[str, str] = {}) -> str:
-    """The registered methods that a child process can load, as _methods_variable. places: further ones by name."""
-    known = {name: place for (_, name), (_, _, place) in _registered.items() if place}
-    return ",".join(f"{name}={place}" for name, place in {**known, **places}.items())
+def _methods_text(copied: _abc.Sequence[str] = ()) -> str:
+    """The registered methods that a child process can load, as _methods_variable. copied: further ones, NAME=FILE."""
+    return ",".join([f"{name}={place}" for (_, name), (_, _, place) in _registered.items() if place] + list(copied))
 
 
-def _copied(name: str, cls: type, folder: str) -> str:
-    """File in which another process finds a class that it cannot import, with what the class uses.
+def _copied(kind: str, name: str, cls: type, folder: str) -> str:
+    """NAME=FILE, with which another process finds a class that it cannot import, with what the class uses.
 
     Its bytes are the version. A class defined anew is another version, whether or not its text changed.
     """
@@ -247,9 +246,9 @@ def _copied(name: str, cls: type, folder: str) -> str:
         reason = f"{type(error).__name__}: {error}".split("\n")[0]
         raise InputError(f"method {name}: expected a class that can be copied to another process, got {here}: {reason}"
                          ) from None
-    file = Path(folder) / f"{name}.pickle"
+    file = Path(folder) / f"{kind}-{name}.pickle"
     file.write_bytes(content)
-    return str(file)
+    return f"{name}={file}"
 
 
 # ---------------------------------------------------------------- detection
@@ -519,13 +518,13 @@ def study(study: Union[PathLike, _abc.Mapping[str, Any]], output: Optional[PathL
         named = re.search(r'"name"\s*:\s*"([^"/]+)"', text)
         output = Path(output or Path("build", "reports", named.group(1) if named else "study"))
     with tempfile.TemporaryDirectory() as folder:
-        places = {name: _copied(name, cls, folder) for (_, name), (cls, _, place) in _registered.items()
-                  if not place and re.search(rf'"{name}[":]', text)}
-        return _study_in_child(file, text if is_dict else None, output, jobs, data, places)
+        copied = [_copied(kind, name, cls, folder) for (kind, name), (cls, _, place) in _registered.items()
+                  if not place and re.search(rf'"{name}[":]', text)]
+        return _study_in_child(file, text if is_dict else None, output, jobs, data, copied)
 
 
 def _study_in_child(file: Path, text: Optional[str], output: Path, jobs: int, data: Optional[PathLike],
-                    places: Dict[str, str]) -> Report:
+                    copied: List[str]) -> Report:
     """text: content for the file, None where it stands."""
     made = [folder for folder in (output, *output.parents) if not folder.exists()]
     before = file.read_bytes() if text is not None and file.is_file() else None
@@ -536,7 +535,7 @@ def _study_in_child(file: Path, text: Optional[str], output: Path, jobs: int, da
     if data is not None:
         command += ["--data", str(data)]
     with tempfile.TemporaryFile() as errors:
-        child = subprocess.Popen(command, env=_child_environment(places), stdout=subprocess.DEVNULL, stderr=errors)
+        child = subprocess.Popen(command, env=_child_environment(copied), stdout=subprocess.DEVNULL, stderr=errors)
         try:
             status = child.wait()
         except KeyboardInterrupt:
@@ -563,10 +562,10 @@ def _study_in_child(file: Path, text: Optional[str], output: Path, jobs: int, da
     raise RuntimeError(f"trocar study ended with status {status}: {message}")
 
 
-def _child_environment(places: _abc.Mapping[str, str] = {}) -> Dict[str, str]:
+def _child_environment(copied: _abc.Sequence[str] = ()) -> Dict[str, str]:
     """Environment in which a child imports what this process imports, and has its methods."""
     path = os.pathsep.join(os.path.abspath(one) for one in sys.path)
-    return {**os.environ, "PYTHONPATH": path, _methods_variable: _methods_text(places)}
+    return {**os.environ, "PYTHONPATH": path, _methods_variable: _methods_text(copied)}
 
 
 def _main(words: List[str], run_words: Callable[[List[str]], int]) -> int:
