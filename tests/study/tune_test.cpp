@@ -210,9 +210,10 @@ TEST(TuneFile, FaultsAreNamedWithTheirPlace) {
     expect_place(refusal(penalty(R"("k": {"from": 1, "to": 2})"), R"(, "limits": {"depth": 1})"), "/limits");
     expect_place(refusal(penalty(R"("k": {"from": 1, "to": 2})"), R"(, "force_step_limit": {"times_reference": 2})"),
                  "/force_step_limit");
-    expect_place(refusal(penalty(R"("k": {"from": 1, "to": 2})"),
-                         R"(, "force_step_limit": {"times_reference": 2, "plus_N": 1}, "limits": {"force_jump_max_n": 1})"),
-                 "/force_step_limit: expected it or a limit");
+    expect_place(
+        refusal(penalty(R"("k": {"from": 1, "to": 2})"),
+                R"(, "force_step_limit": {"times_reference": 2, "plus_N": 1}, "limits": {"force_jump_max_n": 1})"),
+        "/force_step_limit: expected it or a limit");
     expect_place(refusal(penalty(R"("k": {"from": 1, "to": 2})"), R"(, "budget": {"local": 6})"), "/budget/local");
     expect_place(refusal(penalty(R"("k": {"from": 1, "to": 2})"), R"(, "budget": {"first": 4})"), "/budget");
 }
