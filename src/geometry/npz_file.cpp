@@ -46,8 +46,11 @@ struct NpyReader::State {
         unpack(to, count);
         sum = crc32_z(sum, reinterpret_cast<const Bytef*>(to), count);
         unpacked_left -= std::min<std::uint64_t>(count, unpacked_left);
+        // A fuzzer cannot guess checksums (the macro's name is the convention of fuzzers).
+#ifndef FUZZING_BUILD_MODE_UNSAFE_FOR_PRODUCTION
         if (unpacked_left == 0 && sum != listed)
             refuse(fmt::format("bytes of the checksum {:08x}", listed), fmt::format("{:08x}", sum));
+#endif
     }
 
     void unpack(char* to, std::size_t count) {

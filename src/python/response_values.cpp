@@ -7,6 +7,7 @@
 #include <cstring>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "geometry/input_error.hpp"
 #include "python/arrays.hpp"
@@ -64,13 +65,21 @@ void take_wrench(const py::object& given, std::size_t body_count, ResponseOutput
 
 /// Value of an enum by its word.
 template <typename Value, std::size_t N>
-Value value_of(const py::object& given, const char* where, const std::array<const char*, N>& words) {
+Value value_of(const py::object& given, const char* where, const std::array<std::pair<const char*, Value>, N>& words) {
     const std::string word = py::isinstance<py::str>(given) ? std::string(py::str(given)) : "";
-    const auto found = std::find(words.begin(), words.end(), word);
-    if (found != words.end()) return static_cast<Value>(found - words.begin());
-    throw InputError("respond", where, fmt::format("one of {}", fmt::join(words, ", ")),
+    std::string expected;
+    for (const auto& [name, value] : words) {
+        if (word == name) return value;
+        expected += (expected.empty() ? "" : ", ") + std::string(name);
+    }
+    throw InputError("respond", where, "one of " + expected,
                      word.empty() ? fmt::format("a {}", Py_TYPE(given.ptr())->tp_name) : word);
 }
+
+constexpr std::array contact_timings{std::pair{"implicit", ContactTiming::implicit},
+                                     std::pair{"at_tick_start", ContactTiming::at_tick_start},
+                                     std::pair{"at_substep_start", ContactTiming::at_substep_start}};
+constexpr std::array solver_timings{std::pair{"substep", SolverTiming::substep}, std::pair{"held", SolverTiming::held}};
 
 /// Sub-step as Python sees it. The C++ object lives for the time of one call.
 class Step {
@@ -140,10 +149,9 @@ void take_answer(const py::object& answer, Eigen::Index vertex_count, std::size_
         } else if (name == "wrench") {
             take_wrench(given, body_count, output);
         } else if (name == "contact_timing") {
-            output.contact_timing = value_of<ContactTiming>(
-                given, "contact_timing", std::array{"implicit", "at_tick_start", "at_substep_start"});
+            output.contact_timing = value_of(given, "contact_timing", contact_timings);
         } else if (name == "solver_timing") {
-            output.solver_timing = value_of<SolverTiming>(given, "solver_timing", std::array{"substep", "held"});
+            output.solver_timing = value_of(given, "solver_timing", solver_timings);
         } else {
             throw InputError("respond", "",
                              "the keys contacts, held_force, position_corrections, wrench, contact_timing and "

@@ -221,13 +221,18 @@ std::string hash_of_references(const std::filesystem::path& scene_file) {
     const std::string other_k = own.stem().string() + ".k=";
     std::set<std::filesystem::path> files;  // in order of name
     std::error_code error;
-    for (const auto& entry : std::filesystem::directory_iterator(own.parent_path(), error)) {
-        const std::filesystem::path& file = entry.path();
-        if (file == own || file.filename().string().rfind(other_k, 0) == 0) files.insert(file);
+    const std::filesystem::directory_iterator end;
+    for (std::filesystem::directory_iterator entry(own.parent_path(), error); !error && entry != end;
+         entry.increment(error)) {
+        const std::filesystem::path& file = entry->path();
+        const bool is_other_k = file.extension() == ".json" && file.filename().string().starts_with(other_k);
+        if (file == own || is_other_k) files.insert(file);
     }
     FnvHash hash;
-    for (const std::filesystem::path& file : files)
-        hash.add_text(file.filename().string() + read_whole(file, "a stored reference"));
+    for (const std::filesystem::path& file : files) {
+        hash.add_text(file.filename().string() + ":");
+        hash.add_text(read_whole(file, "a stored reference"));
+    }
     return files.empty() ? "" : hash.text();
 }
 

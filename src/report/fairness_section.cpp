@@ -16,8 +16,9 @@ void add_environment(Draft& draft) {
     for (const Record& record : draft.records) {
         for (const auto& [key, value] : record.environment) {
             const std::string head = key.substr(0, key.find('.'));
-            if (head != "detector" && head != "response" && head != "absent" && head != "run" && head != "case")
-                keys.insert(key);
+            const bool of_one_run = head == "detector" || head == "response" || head == "absent" || head == "run" ||
+                                    head == "case" || key == "scene.references";
+            if (!of_one_run) keys.insert(key);
         }
     }
     for (const std::string& key : keys) table.rows.push_back({.cells = {key, common_fact(draft.records, key)}});

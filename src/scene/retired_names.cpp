@@ -29,6 +29,7 @@ constexpr auto retired = std::to_array<RetiredName>({
     {NameKind::parameter, "unilateral", "skin", "renamed to 'contact_offset'"},
     {NameKind::parameter, "global_intersection", "settle_time", "renamed to 'relaxation_time'"},
     {NameKind::parameter, "ode_joints", "steps", "nothing takes its place: setting=penalty acts in every sub-step"},
+    {NameKind::parameter, "ode_joints", "acts", "nothing takes its place: setting=penalty acts in every sub-step"},
     {NameKind::parameter, "", "acts", "nothing takes its place: impulses act in every sub-step"},
     {NameKind::parameter, "adaptive_multires", "threads", "nothing takes its place: one thread"},
     {NameKind::parameter, "xpbd_contact", "iterations", "the stepper iterates, --stepper xpbd:substeps=…"},

@@ -43,8 +43,7 @@ std::optional<std::vector<Record>> finished_records(const std::filesystem::path&
         return std::nullopt;  // half a file or another program's
     }
     const auto is_of = [](const Record& record, const PlannedRun* run) {
-        return spec_line(record.spec) == spec_line(run->spec) &&
-               references_in(record.environment) == references_in(run->facts);
+        return spec_line(record.spec) == spec_line(run->spec);
     };
     if (!std::equal(records.begin(), records.end(), runs.begin(), runs.end(), is_of)) return std::nullopt;
     return records;
@@ -66,7 +65,7 @@ public:
         : options_(options), folder_(std::move(folder)) {}
 
     [[nodiscard]] std::filesystem::path file_of(const PlannedRun& run) const {
-        return folder_ / (run_key(run.spec, options_.time_limit_s) + ".json");
+        return folder_ / (run_key(run.spec, run.facts, options_.time_limit_s) + ".json");
     }
 
     /// Positions of the runs of `members` that have to be made: none when all have a record. The runs of a group are
@@ -241,16 +240,13 @@ std::string binary_identity() {
     return identity;
 }
 
-std::string run_key(const RunSpec& spec, double time_limit_s) {
+std::string run_key(const RunSpec& spec, const std::map<std::string, std::string>& facts, double time_limit_s) {
     FnvHash hash;
     hash.add_text(spec_line(spec));
     hash.add_text(fmt::format("{}", time_limit_s));
+    if (const auto references = facts.find("scene.references"); references != facts.end())
+        hash.add_text(references->second);
     return hash.text();
-}
-
-std::string references_in(const std::map<std::string, std::string>& facts) {
-    const auto found = facts.find("scene.references");
-    return found == facts.end() ? "" : found->second;
 }
 
 void shorten_rows(Record& record) {

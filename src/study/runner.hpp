@@ -49,11 +49,9 @@ RunnerResult run_plan(const std::vector<PlannedRun>& plan, const RunnerOptions& 
 /// Child process: notes which run of a group has its turn now.
 void write_turn(const std::filesystem::path& output, std::int64_t index);
 
-/// File name of a stored run: hash over everything that decides its result, but the references.
-std::string run_key(const RunSpec& spec, double time_limit_s);
-
-/// hash_of_references of the scene, by a run's facts or a record's environment.
-std::string references_in(const std::map<std::string, std::string>& facts);
+/// File name of a stored run: hash over everything that decides its result. `facts`: of the run, or the environment of
+/// its record; "scene.references" among them is the hash over the scene's references.
+std::string run_key(const RunSpec& spec, const std::map<std::string, std::string>& facts, double time_limit_s);
 
 /// Rounds depths, strains and forces of every row to 5 significant digits, to limit the size of published records.
 /// Summary figures and hashes keep all digits.

@@ -42,7 +42,7 @@ struct ShardPlan {
 std::string digest_of(const Study& study, const std::vector<PlannedRun>& plan) {
     FnvHash hash;
     hash.add_text(read_whole(study.file, "a study"));
-    for (const PlannedRun& run : plan) hash.add_text(run_key(run.spec, study.time_limit_s) + references_in(run.facts));
+    for (const PlannedRun& run : plan) hash.add_text(run_key(run.spec, run.facts, study.time_limit_s));
     return hash.text();
 }
 
@@ -113,7 +113,7 @@ std::vector<FoundRecord> read_found(const std::filesystem::path& file, const Sha
         if (made_by != plan.binary) {
             throw InputError(place, "", fmt::format("a record of the binary {}", plan.binary), made_by);
         }
-        found.push_back({run_key(record.spec, plan.time_limit_s), line, place});
+        found.push_back({run_key(record.spec, record.environment, plan.time_limit_s), line, place});
     }
     return found;
 }
@@ -165,7 +165,7 @@ Shard read_shard(const std::string& text) {
 void assign_shards(std::int64_t count, double time_limit_s, std::vector<PlannedRun>& plan) {
     std::map<std::string, std::int64_t> by_group;
     for (PlannedRun& run : plan) {
-        const std::uint64_t key = std::stoull(run_key(run.spec, time_limit_s), nullptr, 16);
+        const std::uint64_t key = std::stoull(run_key(run.spec, run.facts, time_limit_s), nullptr, 16);
         run.shard = 1 + static_cast<std::int64_t>(key % static_cast<std::uint64_t>(count));
         if (!run.group.empty()) run.shard = by_group.emplace(run.group, run.shard).first->second;
     }
@@ -187,8 +187,9 @@ void start_shard(const std::filesystem::path& directory, const Shard& shard, con
                                     {"shard", shard.number},
                                     {"runs", nlohmann::ordered_json::array()}};
     for (const PlannedRun& run : plan) {
-        document["runs"].push_back(
-            {{"key", run_key(run.spec, study.time_limit_s)}, {"shard", run.shard}, {"name", run_in_words(run.spec)}});
+        document["runs"].push_back({{"key", run_key(run.spec, run.facts, study.time_limit_s)},
+                                    {"shard", run.shard},
+                                    {"name", run_in_words(run.spec)}});
     }
     std::error_code error;
     std::filesystem::create_directories(directory, error);

@@ -123,9 +123,9 @@ std::string study_schema();
 /// Facts of a scene file that a plan needs.
 struct SceneFacts {
     std::string name;
-    std::string hash;        ///< 16 hex digits; empty when the scene cannot be read
+    std::string hash;             ///< 16 hex digits; empty when the scene cannot be read
     std::string references = {};  ///< hash_of_references
-    std::string pair_class;  ///< "I2T", or several joined by "+"
+    std::string pair_class;       ///< "I2T", or several joined by "+"
     std::int64_t ticks = 0;
     double dt = 0.001;  ///< s
     std::int64_t triangles = 0;

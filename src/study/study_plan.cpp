@@ -201,7 +201,7 @@ void keep_equal_runs_once(const Experiment& experiment, std::size_t start, std::
         const auto named = levels.find(runs[i].spec.response);
         const bool stands_alone = named != levels.end() && named->second == 1;
         const auto [first, is_new] =
-            stands_alone ? std::pair(seen.end(), true) : seen.emplace(run_key(runs[i].spec, 0.0), kept);
+            stands_alone ? std::pair(seen.end(), true) : seen.emplace(run_key(runs[i].spec, runs[i].facts, 0.0), kept);
         if (is_new) {
             if (kept != i) runs[kept] = std::move(runs[i]);
             ++kept;

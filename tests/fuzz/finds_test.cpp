@@ -22,11 +22,23 @@ const std::filesystem::path finds_folder = std::filesystem::path(TROCAR_SOURCE_D
 
 using Target = void (*)(std::string_view);
 const std::map<std::string, Target>& readers() {
-    static const std::map<std::string, Target> targets{
-        {"mesh_obj", mesh_obj},           {"mesh_off", mesh_off}, {"mesh_ply", mesh_ply}, {"mesh_stl", mesh_stl},
-        {"mesh_vrml", mesh_vrml},         {"scene", scene},       {"study", study},       {"recording", recording},
-        {"baseline", baseline},           {"lines", lines},       {"record", record},     {"report", report},
-        {"external_data", external_data}, {"mesh_vtk", mesh_vtk}, {"mesh_vtp", mesh_vtp}, {"frames", frames}};
+    static const std::map<std::string, Target> targets{{"mesh_obj", mesh_obj},
+                                                       {"mesh_off", mesh_off},
+                                                       {"mesh_ply", mesh_ply},
+                                                       {"mesh_stl", mesh_stl},
+                                                       {"mesh_vrml", mesh_vrml},
+                                                       {"scene", scene},
+                                                       {"study", study},
+                                                       {"recording", recording},
+                                                       {"baseline", baseline},
+                                                       {"lines", lines},
+                                                       {"record", record},
+                                                       {"report", report},
+                                                       {"external_data", external_data},
+                                                       {"mesh_vtk", mesh_vtk},
+                                                       {"mesh_vtp", mesh_vtp},
+                                                       {"frames", frames},
+                                                       {"shard", shard}};
     return targets;
 }
 

@@ -244,6 +244,8 @@ TEST(StoredReferences, TheirHashChangesWithEveryFileOfTheSceneAndNoOther) {
     }
     std::ofstream(reference_file(temporary.path() / "poke_2.json")) << "another scene's";
     EXPECT_FALSE(is_new());
+    std::ofstream(reference_file(scene, 400.0).string() + ".part") << "half a file";
+    EXPECT_FALSE(is_new());
     std::filesystem::remove(reference_file(scene));
     EXPECT_TRUE(is_new());
 }

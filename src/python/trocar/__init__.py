@@ -45,7 +45,7 @@ __all__ = [
 
 PathLike = Union[str, "os.PathLike[str]"]
 
-_methods_variable = "TROCAR_PYTHON_METHODS"  # NAME=MODULE:CLASS,...: the methods of a child process
+_methods_variable = "TROCAR_PYTHON_METHODS"  # lines NAME=MODULE:CLASS: the methods of a child process
 
 
 def _share() -> Path:
@@ -209,7 +209,7 @@ def _register_any(name: str, cls: type, version: str = "", place: str = "") -> N
 def _register_named(text: str) -> None:
     """Registers NAME=MODULE:CLASS, or NAME=FILE of a class that _copied wrote. Raises InputError."""
     name, is_named, place = text.partition("=")
-    is_file = place.endswith(".pickle")
+    is_file = ":" not in place and place.endswith(".pickle")
     module, is_module, qualname = place.partition(":")
     if not is_named or not (is_module or is_file):
         raise InputError(f"--method: expected NAME=MODULE:CLASS, got '{text}'")
@@ -221,18 +221,20 @@ def _register_named(text: str) -> None:
     except Exception as error:  # whatever the module raises on import
         reason = f"{type(error).__name__}: {error}".split("\n")[0]
         raise InputError(f"--method {text}: expected a class that can be imported, got {reason}") from None
-    _register_any(name, cls, _version(content) if is_file else "", place if is_file else "")
+    # cloudpickle numbers classes by uuid, and names of cells have the number of their process.
+    version = _version(re.sub(rb"[0-9a-f]{32}|ipykernel_[0-9]+", b"", content)) if is_file else ""
+    _register_any(name, cls, version, place if is_file else "")
 
 
 def _methods_text(copied: _abc.Sequence[str] = ()) -> str:
     """The registered methods that a child process can load, as _methods_variable. copied: further ones, NAME=FILE."""
-    return ",".join([f"{name}={place}" for (_, name), (_, _, place) in _registered.items() if place] + list(copied))
+    return "\n".join([f"{name}={place}" for (_, name), (_, _, place) in _registered.items() if place] + list(copied))
 
 
 def _copied(kind: str, name: str, cls: type, folder: str) -> str:
     """NAME=FILE, with which another process finds a class that it cannot import, with what the class uses.
 
-    Its bytes are the version. A class defined anew is another version, whether or not its text changed.
+    Its bytes are the version, but for what another process or a class of the same text would have in them.
     """
     here = f"{cls.__module__}.{cls.__qualname__}"
     try:
@@ -504,8 +506,8 @@ def study(study: Union[PathLike, _abc.Mapping[str, Any]], output: Optional[PathL
     by side, of those that nobody times.
 
     Registered Python methods take part by their names, and classes in a dict as they stand. The processes of the runs
-    import them. A class of a notebook's cell or of the main script is copied to them with cloudpickle; defined anew, it
-    is another version, whose runs are made again.
+    import them. A class of a notebook's cell or of the main script is copied to them with cloudpickle. When a class has
+    changed, all runs are made again.
     An interruption ends the study with KeyboardInterrupt and keeps the finished runs. Raises InputError.
     """
     is_dict = isinstance(study, _abc.Mapping)
@@ -571,7 +573,7 @@ def _child_environment(copied: _abc.Sequence[str] = ()) -> Dict[str, str]:
 def _main(words: List[str], run_words: Callable[[List[str]], int]) -> int:
     """A command line with the methods of --method NAME=MODULE:CLASS before the first other word."""
     try:
-        for text in filter(None, os.environ.get(_methods_variable, "").split(",")):
+        for text in filter(None, os.environ.get(_methods_variable, "").split("\n")):
             _register_named(text)
         while words and words[0].split("=")[0] == "--method":
             first = words.pop(0)
