@@ -94,9 +94,14 @@ TEST(Readme, TheQuotedAblationIsThePublishedOne) {
 
 nlohmann::json claims_file() { return nlohmann::json::parse(whole("tests/house/claims.json")); }
 
-/// A condition on a column: a value, "!value" for all others, or "*part" for what holds that part.
-bool fits(const std::string& value, const std::string& condition) {
-    if (condition.starts_with("!")) return value != condition.substr(1);
+/// A condition on a column: a value, "*part" for what holds that part, "!" before either for all others, or a list of
+/// conditions that all hold.
+bool fits(const std::string& value, const nlohmann::json& given) {
+    if (given.is_array()) {
+        return std::all_of(given.begin(), given.end(), [&](const auto& one) { return fits(value, one); });
+    }
+    const std::string condition = given;
+    if (condition.starts_with("!")) return !fits(value, condition.substr(1));
     if (condition.starts_with("*")) return value.find(condition.substr(1)) != std::string::npos;
     return value == condition;
 }
