@@ -1,5 +1,6 @@
 // Frames of another simulator: the same ones in every format against the same analytic depths, written here from the
 // formats' descriptions and by NumPy and VTK themselves; passages, sides, limits and refusals.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <bit>
