@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "geometry/exact.hpp"
+
 namespace trocar {
 namespace {
 
