@@ -114,8 +114,8 @@ NpzFile::NpzFile(const std::filesystem::path& file) : file_(file) {
     };
     const std::uint64_t size = std::filesystem::file_size(file);
     const auto bytes_at = [&](std::uint64_t offset, std::uint64_t count) {
-        std::string bytes(static_cast<std::size_t>(count), '\0');
         if (offset > size || count > size - offset) refuse("one that is truncated");
+        std::string bytes(static_cast<std::size_t>(count), '\0');
         stream.seekg(static_cast<std::streamoff>(offset));
         if (count > 0 && !stream.read(bytes.data(), static_cast<std::streamsize>(count))) refuse("a read error");
         return bytes;
