@@ -19,6 +19,13 @@ InputError wrong(const std::string& where, const std::string& expected, const py
     return {"respond", where, expected, fmt::format("a {}", Py_TYPE(found.ptr())->tp_name)};
 }
 
+/// The numbers as float64; null where there is none.
+py::array_t<double, py::array::c_style | py::array::forcecast> doubles_from(const py::object& given) {
+    auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
+    PyErr_Clear();
+    return array;
+}
+
 /// Copies a one-dimensional structured array.
 template <typename Item>
 std::vector<Item> items_from(const py::object& given, const py::dtype& type, const char* where, const char* expected) {
@@ -50,8 +57,7 @@ void take_held_force(const py::object& given, Eigen::Index vertex_count, Respons
 
 /// Array of shape (bodies, 6): force (N) and moment (N m) about the world's origin.
 void take_wrench(const py::object& given, std::size_t body_count, ResponseOutput& output) {
-    const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
-    PyErr_Clear();
+    const auto array = doubles_from(given);
     const auto bodies = static_cast<py::ssize_t>(body_count);
     if (!array || array.ndim() != 2 || array.shape(0) != bodies || array.shape(1) != 6)
         throw wrong("wrench", fmt::format("an array of shape ({}, 6) of float64", body_count), given);
@@ -106,8 +112,7 @@ private:
 py::array_t<double> array_of(const Vector3& vector) { return py::array_t<double>(3, vector.data()); }
 
 Vector3 vector_from(const py::object& given, const char* name) {
-    const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(given);
-    PyErr_Clear();
+    const auto array = doubles_from(given);
     if (!array || array.ndim() != 1 || array.shape(0) != 3)
         throw InputError(name, "", "an array of shape (3,) of float64",
                          fmt::format("a {}", Py_TYPE(given.ptr())->tp_name));
@@ -133,7 +138,6 @@ py::array_t<double> inverse_masses_of(const PredictedStep& step) {
 }  // namespace
 
 void take_answer(const py::object& answer, Eigen::Index vertex_count, std::size_t body_count, ResponseOutput& output) {
-    output.clear();
     if (!py::isinstance<py::dict>(answer)) return take_laws(answer, output);
     for (const auto& [key, item] : py::reinterpret_borrow<py::dict>(answer)) {
         const std::string name = py::str(key);

@@ -11,7 +11,7 @@ namespace trocar::python {
 namespace py = pybind11;
 
 /// Fills `output` from the answer of respond: an array of trocar.FORCE_LAW, or a dict with members of ResponseOutput
-/// by name. `output` is cleared and keeps no solver. Throws InputError that names the member.
+/// by name. `output` comes cleared and gets no solver. Throws InputError that names the member.
 void take_answer(const py::object& answer, Eigen::Index vertex_count, std::size_t body_count, ResponseOutput& output);
 
 /// Calls `solve` of the response with the step, which Python can use until the call returns.

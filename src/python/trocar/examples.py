@@ -61,9 +61,7 @@ class Springs(trocar.Response):
 
     def respond(self, frame: trocar.Frame, dt: float, contacts: npt.NDArray[Any],
                 contact_forces: npt.NDArray[Any]) -> npt.NDArray[Any]:
-        laws, pushed, surface_velocity = self.laws_of(frame, contacts)
-        laws["face_velocity"] = (surface_velocity * laws["normal"]).sum(axis=1)
-        return laws
+        return self.laws_of(frame, contacts)[0]
 
     def laws_of(self, frame: trocar.Frame,
                 contacts: npt.NDArray[Any]) -> Tuple[npt.NDArray[Any], npt.NDArray[Any], npt.NDArray[Any]]:
@@ -96,6 +94,7 @@ class Springs(trocar.Response):
         laws["k"] = np.where(np.isnan(of_scene[:, 0]), self.k, of_scene[:, 0])
         laws["mu"] = np.where(np.isnan(of_scene[:, 1]), laws["k"] * self.relaxation_time, of_scene[:, 1])
         surface_velocity = (frame.velocities[others] * other_weights[:, :, None]).sum(axis=1)
+        laws["face_velocity"] = (surface_velocity * normal).sum(axis=1)
         return laws, np.where(push_b, kind_b, kind_a), surface_velocity
 
 
@@ -114,7 +113,6 @@ class Impulses(Springs):
         # Gauss-Seidel depends on the order.
         order = np.lexsort((*contacts["normal"].T, *contacts["point"].T))
         laws, pushed, surface_velocity = self.laws_of(frame, contacts[order])
-        laws["face_velocity"] = (surface_velocity * laws["normal"]).sum(axis=1)
         solved = pushed == "tissue"
         laws["role"][solved] = 4
         laws["k"][solved] = laws["mu"][solved] = 0.0
