@@ -89,12 +89,14 @@ const RayTree& BodySurface::rays() {
 
 int BodySurface::crossings(const Vector3& p) { return rays().crossings(topology_->triangles, *now_, p); }
 
+const SurfaceDistance& BodySurface::surface() {
+    if (!distance_is_current_) distance_.refit(topology_->triangles, *now_);
+    distance_is_current_ = true;
+    return distance_;
+}
+
 double BodySurface::distance(const Vector3& p, double enough) {
-    if (!distance_is_current_) {
-        distance_.refit(topology_->triangles, *now_);
-        distance_is_current_ = true;
-    }
-    return distance_.distance(topology_->triangles, *now_, p, enough);
+    return surface().distance(topology_->triangles, *now_, p, enough);
 }
 
 }  // namespace trocar

@@ -48,6 +48,7 @@ public:
     [[nodiscard]] const std::vector<RimEdge>& moved_rim() const { return moved_rim_; }
 
     [[nodiscard]] const RayTree& rays();
+    [[nodiscard]] const SurfaceDistance& surface();
     /// Signed crossings of the upward ray from p with the surface. Exact.
     [[nodiscard]] int crossings(const Vector3& p);
     /// SurfaceDistance::distance, m.

@@ -30,6 +30,7 @@ struct DepthTruth::State {
     Matrix3X previous;  ///< of the frame measured before
     std::vector<BodySurface> bodies;
     std::vector<Direction> directions;
+    std::vector<double> vertex_bounds;  ///< of the direction measured now (measure/edge_depth.hpp)
 
     [[nodiscard]] BodySurface& body(Index number) { return bodies[static_cast<std::size_t>(number)]; }
 
@@ -73,9 +74,8 @@ struct DepthTruth::State {
         const BodySurface& from = body(direction.from);
         BodySurface& into = body(direction.into);
         if (!into.range().closed || !from.box().overlaps(into.box())) return {.depth = at_least};
-        return edge_depth(
-            topology->triangles, position, from.edges(), into.rays(),
-            [&into](const Vector3& p, double enough) { return into.distance(p, enough); }, at_least);
+        return edge_depth(topology->triangles, position, from.edges(), into.rays(), into.surface(), vertex_bounds,
+                          at_least);
     }
 
     /// Within `enough` (m) any bound on the depth.
@@ -136,6 +136,7 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
     for (const Direction& direction : s.directions) {
         if (!direction.counted) continue;
         const BodySurface& from = s.body(direction.from);
+        s.vertex_bounds.assign(at(s.position.cols()), outside);
         for (std::size_t i = 0; i < direction.side.size(); ++i) {
             if (direction.side[i] == Side::undecided) ++result.side_undecided;
             if (direction.side[i] != Side::wrong) continue;
@@ -143,7 +144,10 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
             const double enough = i < from.vertex_count() ? result.residual_penetration : 0.0;
             const double depth = s.depth(direction, i, enough);
             ++result.wrong_side;
-            if (i < from.vertex_count()) ++result.wrong_side_vertices;
+            if (i < from.vertex_count()) {
+                ++result.wrong_side_vertices;
+                s.vertex_bounds[at(from.range().vertices.first) + i] = depth;
+            }
             result.residual_penetration = std::max(result.residual_penetration, depth);
             if (i < from.vertex_count()) continue;
             weighted_depth += from.area_weight() * depth;

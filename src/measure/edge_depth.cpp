@@ -28,42 +28,41 @@ std::optional<double> path_through(const Corners& corners, const Vector3& p, con
     return path;
 }
 
-/// The deepest point between two parameters of the segment from p to q; `depth_at` returns the depth of a point
-/// of it, or within its second argument any bound on it.
-template <typename DepthAt>
-double deepest_between(double length, double first, double last, double at_least, const DepthAt& depth_at) {
-    constexpr int parts = 8;
-    constexpr int halvings = 6;
-    double step = (last - first) / parts;
-    const double half = 0.5 * (last - first);
-    double best = first + half;
-    // A distance changes by no more than the path along the edge.
-    double depth = depth_at(best, std::max(0.0, at_least - half * length));
-    if (depth + half * length <= at_least) return depth;
-    for (int i = 1; i < parts; ++i) {
-        const double path = first + step * i;
-        const double here = depth_at(path, depth);
-        if (here <= depth) continue;
-        depth = here;
-        best = path;
+/// Halvings of a part of an edge in the search for its deepest point.
+constexpr int halvings = 8;
+
+/// Search of one edge for a point deeper than those before it.
+struct DeepestPoint {
+    const Triangles& triangles;
+    const Matrix3X& position;
+    const RayTree& rays;
+    const SurfaceDistance& surface;
+    Vector3 from;
+    Vector3 along;
+    double depth;  ///< m, of the deepest point so far
+
+    [[nodiscard]] Vector3 at(double path) const { return from + path * along; }
+
+    [[nodiscard]] bool inside(double path) const { return rays.crossings(triangles, position, at(path)) != 0; }
+
+    /// Branch and bound: halves the part between two parameters, up to `times` times, while its bound is larger.
+    void search(double first, double last, int times) {
+        constexpr double rounding = 1e-9;  // of a depth: a part that is equally deep everywhere ends here
+        const double deeper = depth * (1.0 + rounding);
+        if (surface.bound_along(triangles, position, at(first), at(last), deeper) <= deeper) return;
+        const double middle = 0.5 * (first + last);
+        const double here = surface.distance(triangles, position, at(middle), depth);
+        if (here > depth && inside(middle)) depth = here;
+        if (times == 0) return;
+        search(first, middle, times - 1);
+        search(middle, last, times - 1);
     }
-    for (int i = 0; i < halvings; ++i) {
-        step *= 0.5;
-        for (const double path : {best - step, best + step}) {
-            const double here = depth_at(path, depth);
-            if (here <= depth) continue;
-            depth = here;
-            best = path;
-            break;
-        }
-    }
-    return depth;
-}
+};
 
 }  // namespace
 
 EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::span<const std::array<Index, 2>> edges,
-                     const RayTree& rays, const std::function<double(const Vector3&, double)>& distance,
+                     const RayTree& rays, const SurfaceDistance& surface, std::span<const double> vertex_bounds,
                      double at_least) {
     EdgeDepth result{.depth = at_least};
     std::vector<double> cuts;
@@ -80,22 +79,28 @@ EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::
             const auto path = path_through(corners, p, q);
             if (path) cuts.push_back(*path);
         });
+        const double bound_from = vertex_bounds[at(from)];
+        const double bound_to = vertex_bounds[at(to)];
+        if (cuts.size() == 2 && (bound_from < 0.0) == (bound_to < 0.0)) {
+            if (bound_from < 0.0) continue;
+            // A distance changes by no more than the path.
+            if (bound_from + bound_to + (q - p).norm() <= 2.0 * result.depth) {
+                ++result.stretches;
+                continue;
+            }
+        }
         std::sort(cuts.begin(), cuts.end());
-        const auto depth_at = [&](double path, double enough) {
-            const Vector3 x = p + path * (q - p);
-            return rays.crossings(triangles, position, x) == 0 ? 0.0 : distance(x, enough);
-        };
+        DeepestPoint deepest{triangles, position, rays, surface, p, q - p, result.depth};
         bool was_inside = false;
         for (std::size_t i = 0; i + 1 < cuts.size(); ++i) {
             const double middle = 0.5 * (cuts[i] + cuts[i + 1]);
             if (!(cuts[i] < middle && middle < cuts[i + 1])) continue;
-            const bool inside = rays.crossings(triangles, position, p + middle * (q - p)) != 0;
+            const bool inside = deepest.inside(middle);
             if (inside && !was_inside) ++result.stretches;
             was_inside = inside;
-            if (!inside) continue;
-            const double deepest = deepest_between((q - p).norm(), cuts[i], cuts[i + 1], result.depth, depth_at);
-            result.depth = std::max(result.depth, deepest);
+            if (inside) deepest.search(cuts[i], cuts[i + 1], halvings);
         }
+        result.depth = deepest.depth;
     }
     return result;
 }

@@ -4,11 +4,11 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <span>
 
 #include "geometry/types.hpp"
 #include "measure/ray_tree.hpp"
+#include "measure/surface_distance.hpp"
 
 namespace trocar {
 
@@ -17,14 +17,17 @@ struct EdgeDepth {
     std::int64_t stretches = 0;  ///< parts of edges inside, each counted once
 };
 
-/// Cuts the edges at the closed surface in `rays` and searches each inner part for its deepest point. The search
-/// evaluates seven points, then halves its step around the deepest one down to 1/512 of the part. The winding number
-/// decides exactly whether a point is inside. The cuts only guide the search, so that their rounding loses at most a
-/// part of that length. `edges`: vertex numbers; of both directions of an edge the ascending one counts. `distance`:
-/// distance of a point to the surface, m; within its second argument any distance to it. `at_least`: m; parts that are
-/// no deeper are not searched.
+/// Of a vertex that is not inside, in place of a bound on its depth.
+inline constexpr double outside = -1.0;
+
+/// Cuts the edges at the closed surface in `rays` and searches each inner part for its deepest point by branch and
+/// bound, down to 1/512 of the part. The winding number decides exactly whether a point is inside. The cuts only guide
+/// the search, so that their rounding loses at most a part of that length. An edge without a cut is on the side of its
+/// ends. `edges`: vertex numbers; of both directions of an edge the ascending one counts. `surface`: the same triangles
+/// as in `rays`. `vertex_bounds`: per vertex number, an upper bound on the depth of a vertex inside, m, or `outside`.
+/// `at_least`: m; parts that are no deeper are not searched.
 EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::span<const std::array<Index, 2>> edges,
-                     const RayTree& rays, const std::function<double(const Vector3&, double)>& distance,
+                     const RayTree& rays, const SurfaceDistance& surface, std::span<const double> vertex_bounds,
                      double at_least = 0.0);
 
 }  // namespace trocar

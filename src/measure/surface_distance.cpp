@@ -43,4 +43,18 @@ double SurfaceDistance::distance(const Triangles& triangles, const Matrix3X& pos
     return std::sqrt(least);
 }
 
+double SurfaceDistance::bound_along(const Triangles& triangles, const Matrix3X& position, const Vector3& p,
+                                    const Vector3& q, double enough) const {
+    const double squared_enough = enough * enough;
+    double least = std::numeric_limits<double>::infinity();
+    visit_near_both(p, q, [&](Index t) {
+        const Corners c = corners_of(triangles, position, t);
+        const double farther = std::max(squared_distance_to_triangle(c[0], c[1], c[2], p),
+                                        squared_distance_to_triangle(c[0], c[1], c[2], q));
+        least = std::min(least, farther);
+        return least <= squared_enough ? 0.0 : least;  // no box is nearer than 0
+    });
+    return std::sqrt(least);
+}
+
 }  // namespace trocar
