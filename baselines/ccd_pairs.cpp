@@ -198,7 +198,6 @@ DetectorEntry ccd_pairs_detector() {
         .configuration = fmt::format(
             "sizeof(ccd_real_t) {}; release 2.1 announces itself as 2.0; candidates from boxes sorted along one axis",
             sizeof(ccd_real_t)),
-        .information = InformationLevel::contacts,
         .native_contacts = true,
         .parameters = {choice_parameter("algorithm", "gjk", {"gjk", "mpr"},
                                         "GJK, with EPA where a depth is wanted, or Minkowski portal refinement"),

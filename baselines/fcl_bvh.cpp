@@ -237,7 +237,6 @@ DetectorEntry fcl_bvh_detector() {
             .version = FCL_VERSION,
             .configuration = fmt::format(
                 "double precision; FCL_HAVE_SSE {}; traversal driven without copies of the models", FCL_HAVE_SSE),
-            .information = InformationLevel::contacts,
             .native_contacts = true,
             .query_distance = true,
             .parameters = {choice_parameter("bv", "AABB",

@@ -340,7 +340,6 @@ DetectorEntry fcl_continuous_detector() {
             .version = FCL_VERSION,
             .configuration = fmt::format(
                 "double precision; FCL_HAVE_SSE {}; discrete at the end of the tick, continuous over it", FCL_HAVE_SSE),
-            .information = InformationLevel::pairs,
             .parameters = {choice_parameter(
                                "solver", "polynomial", {"polynomial", "advancement", "conservative", "naive"},
                                "cubic tests of vertices and edges; or for rigid bodies only: advancement on RSS "

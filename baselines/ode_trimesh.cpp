@@ -315,7 +315,6 @@ DetectorEntry ode_trimesh_detector() {
         .library = "ODE",
         .version = TROCAR_ODE_VERSION,
         .configuration = fmt::format("sizeof(dReal) {}; {}", sizeof(dReal), ode_configuration()),
-        .information = InformationLevel::contacts,
         .native_contacts = true,
         .parameters = {number_parameter("scale", "1", "1000", 1e-6, 1e9,
                                         "length units that ODE sees per metre; ODE merges contacts within 1e-4 units"),

@@ -47,22 +47,15 @@ bool ClusteredAnswer::was_tested(const TrianglePair& pair) const {
 
 bool ClusteredAnswer::test_one(const Frame& frame, const TrianglePair& pair, ContactSet& contacts) {
     const std::size_t meeting = contacts.pairs.size();
-    if (full(meeting + contacts.near.size()) || !work_.spend(work_.counters.triangle_tests, 1)) return false;
+    if (!work_.spend(work_.counters.triangle_tests, 1)) return false;
     test_pairs(settings_.test, bodies_.topology(), frame, {&pair, 1}, contacts.pairs, filter_);
     if (clock_.query_distance > 0.0 && contacts.pairs.size() == meeting) {
         if (!work_.spend(work_.counters.triangle_tests, 1)) return false;
         if (is_near(bodies_.topology(), frame, pair, clock_.query_distance)) contacts.near.push_back(pair);
     }
     if (!clock_.path || !either_moved(bodies_.topology(), frame, pair)) return true;
-    if (full(contacts.swept.size()) || !work_.spend(work_.counters.triangle_tests, 1)) return false;
+    if (!work_.spend(work_.counters.triangle_tests, 1)) return false;
     test_swept(bodies_.topology(), frame, {&pair, 1}, contacts.swept);
-    return true;
-}
-
-/// True, with truncated set, when one more pair would exceed max_pairs.
-bool ClusteredAnswer::full(std::size_t count) {
-    if (static_cast<std::int64_t>(count) < settings_.max_pairs) return false;
-    work_.truncated = true;
     return true;
 }
 

@@ -1,5 +1,5 @@
 // Last stage of ohc_clustered's cascade: candidates become the tick's pairs. It contains the exact test, the test order
-// under limits (`max_pairs`, `work_budget`), and the reuse of the last tick's pairs where nothing moved. The descent
+// under a limit (`work_budget`), and the reuse of the last tick's pairs where nothing moved. The descent
 // finds the candidates.
 #pragma once
 
@@ -37,7 +37,6 @@ public:
 private:
     bool test_one(const Frame& frame, const TrianglePair& pair, ContactSet& contacts);
     [[nodiscard]] bool was_tested(const TrianglePair& pair) const;
-    bool full(std::size_t count);
 
     const ClusteredSettings& settings_;
     const TriangleFilter& filter_;

@@ -153,7 +153,6 @@ DetectorEntry ohc_detector() {
                               "hash of a cell's numbers; changes the time, never the answer"),
              test_parameter(),
              swept_parameter(),
-             max_pairs_parameter(),
              work_budget_parameter()},
         .make = [](const ParameterValues& values) {
             OhcSettings settings;

@@ -178,7 +178,7 @@ DetectorEntry ohc_clustered_detector() {
                            "vertices and triangles in the caller's order, in one made for locality, or the better one"),
                        choice_parameter("simd", "auto", {"auto", "scalar"},
                                         "the widest vectors the CPU has, or none; the answer is the same"),
-                       test_parameter(), swept_parameter(), max_pairs_parameter(), work_budget_parameter()},
+                       test_parameter(), swept_parameter(), work_budget_parameter()},
         .make = [](const ParameterValues& values) {
             ClusteredSettings settings;
             if (values.is("order", "given")) settings.order = ClusterOrder::given;

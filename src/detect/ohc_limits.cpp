@@ -32,9 +32,6 @@ void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet
                 if (!may_meet_on_path(topology, frame, pair, query_distance)) continue;
             }
             const std::size_t meeting = contacts.pairs.size();
-            if (static_cast<std::int64_t>(meeting + contacts.near.size()) >= settings_.max_pairs) {
-                work_.truncated = true;
-            }
             if (work_.truncated || !work_.spend(work_.counters.triangle_tests, 1)) return false;
             tested_.insert(place, pair);
             test_pairs(settings_.test, topology, frame, {&pair, 1}, contacts.pairs);
@@ -43,8 +40,7 @@ void OhcLimits::detect(const Frame& frame, OhcCandidates& candidates, ContactSet
                 if (is_near(topology, frame, pair, query_distance)) contacts.near.push_back(pair);
             }
             if (!bodies_.cells().path() || !either_moved(topology, frame, pair)) continue;
-            if (static_cast<std::int64_t>(contacts.swept.size()) >= settings_.max_pairs) work_.truncated = true;
-            if (work_.truncated || !work_.spend(work_.counters.triangle_tests, 1)) return false;
+            if (!work_.spend(work_.counters.triangle_tests, 1)) return false;
             test_swept(topology, frame, {&pair, 1}, contacts.swept);
         }
         candidates.once.clear();

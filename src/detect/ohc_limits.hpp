@@ -1,5 +1,4 @@
-// Test order of ohc under limits (`max_pairs`, `work_budget`), until the pairs or the work run out. The cascade finds
-// the pairs.
+// Test order of ohc under a limit (`work_budget`), until the work runs out. The cascade finds the pairs.
 #pragma once
 
 #include <vector>

@@ -18,7 +18,7 @@ struct OhcSettings : SharedSettings {
 
 struct OhcWork {
     WorkCounters counters;
-    bool truncated = false;  ///< the answer is incomplete for lack of budget or pairs
+    bool truncated = false;  ///< the answer is incomplete for lack of budget
     std::int64_t budget = SharedSettings::no_limit;
 
     /// Resets for a tick.

@@ -15,13 +15,7 @@ inline Parameter test_parameter() {
                             "triangle test; only exact is free of errors");
 }
 
-/// Limit on the number of reported pairs.
-inline Parameter max_pairs_parameter() {
-    return integer_parameter("max_pairs", "none", 0, 1e15, "report at most this many pairs and set `truncated`",
-                             {"none"});
-}
-
-/// Limit on WorkCounters::work() of a tick.
+/// Limit on WorkCounters::work() of a tick; what it cuts sets ContactSet::truncated.
 inline Parameter work_budget_parameter() {
     return integer_parameter("work_budget", "none", 0, 1e15,
                              "largest work (vertices read + cells visited + box tests + triangle tests) of a tick",
@@ -41,14 +35,12 @@ struct SharedSettings {
 
     TriangleTest test = TriangleTest::exact;
     bool swept = false;
-    std::int64_t max_pairs = no_limit;
     std::int64_t work_budget = no_limit;
 
-    [[nodiscard]] bool limited() const { return max_pairs != no_limit || work_budget != no_limit; }
+    [[nodiscard]] bool limited() const { return work_budget != no_limit; }
     void take(const ParameterValues& values) {
         test = triangle_test_from(values.text("test"));
         swept = values.is("swept", "on");
-        max_pairs = values.is("max_pairs", "none") ? no_limit : values.integer("max_pairs");
         work_budget = values.is("work_budget", "none") ? no_limit : values.integer("work_budget");
     }
 };

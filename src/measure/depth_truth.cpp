@@ -162,6 +162,17 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
     return result;
 }
 
+Side DepthTruth::side_of(Index from, Index into) const {
+    for (const Direction& direction : state_->directions) {
+        if (direction.from != from || direction.into != into || direction.side.empty()) continue;
+        const Side first = direction.side.front();
+        const bool all =
+            std::all_of(direction.side.begin(), direction.side.end(), [first](Side side) { return side == first; });
+        return all ? first : Side::undecided;
+    }
+    return Side::undecided;
+}
+
 double DepthTruth::clearance() const {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Direction& direction : state_->directions) {

@@ -17,12 +17,12 @@ struct EdgeDepth {
     std::int64_t stretches = 0;  ///< parts of edges inside, each counted once
 };
 
-/// Of a vertex that is not inside, in place of a bound on its depth.
+/// Stands for a vertex that is not inside, in place of a bound on its depth.
 inline constexpr double outside = -1.0;
 
-/// Cuts the edges at the closed surface in `rays` and searches each inner part for its deepest point by branch and
-/// bound, down to 1/512 of the part. The winding number decides exactly whether a point is inside. The cuts only guide
-/// the search, so that their rounding loses at most a part of that length. An edge without a cut is on the side of its
+/// Cuts the edges at the closed surface in `rays`. Branch and bound searches each inner part for its deepest point,
+/// down to 1/512 of the part. The winding number decides exactly whether a point is inside. The cuts only guide the
+/// search, so that their rounding loses at most a part of that length. An edge without a cut is on the side of its
 /// ends. `edges`: vertex numbers; of both directions of an edge the ascending one counts. `surface`: the same triangles
 /// as in `rays`. `vertex_bounds`: per vertex number, an upper bound on the depth of a vertex inside, m, or `outside`.
 /// `at_least`: m; parts that are no deeper are not searched.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <set>
 #include <utility>
 
@@ -45,6 +46,8 @@ PassageTruth::PassageTruth(const Scene& scene, const Frame& frame) : scene_(&sce
     pose_before_ = frame.pose;
     for (const Pose& pose : frame.pose) first_jaw_.push_back(pose.jaw);
     targets_.resize(topology.bodies.size());
+    reshaped_.assign(topology.bodies.size(), 0);
+    ever_reshaped_ = reshaped_;
     box_.resize(topology.bodies.size());
     for (const BodyRange& body : topology.bodies) box_before_.push_back(box_of(frame.position, body.vertices));
     const auto has_shape = [&](Index body) {
@@ -61,8 +64,8 @@ PassageTruth::PassageTruth(const Scene& scene, const Frame& frame) : scene_(&sce
 void PassageTruth::begin(bool apart, Pair& pair) {
     pair.met = true;
     for (const auto& [from, into] : {std::pair{pair.a, pair.b}, std::pair{pair.b, pair.a}}) {
+        if (!is_followed(into)) continue;
         const Pose& pose = pose_before_[at(into)];
-        if (!pose.translation.allFinite()) continue;
         if (targets_[at(into)].normal.cols() == 0) place_target(into, first_jaw_[at(into)]);
         Direction direction;
         direction.from = from;
@@ -85,6 +88,10 @@ void PassageTruth::begin(bool apart, Pair& pair) {
     }
 }
 
+bool PassageTruth::is_followed(Index into) const {
+    return range(into).closed || ever_reshaped_[at(into)] == 0 || side_of_ != nullptr;
+}
+
 void PassageTruth::place_target(Index body, double jaw) {
     const Topology& topology = scene_->topology;
     const BodyRange& own = range(body);
@@ -92,16 +99,18 @@ void PassageTruth::place_target(Index body, double jaw) {
     Pose pose;
     pose.jaw = jaw;
     place_body(scene_->bodies[at(body)], own.vertices, pose, shape_);
+    const bool placed = target.normal.cols() > 0;
+    const bool is_other_tool = !placed || target.jaw != jaw;
     target.jaw = jaw;
     target.box = box_of(shape_, own.vertices);
-    // A jaw that has moved leaves the order of the trees as it is.
-    if (target.normal.cols() > 0) {
+    // Another shape leaves the order of the trees as it is.
+    if (placed) {
         target.rays.refit(topology.triangles, shape_);
+        target.distance.refit(topology.triangles, shape_);
     } else {
         target.rays.prepare(topology.triangles, own.triangles, shape_);
+        target.distance.prepare(topology.triangles, own.triangles, shape_);
     }
-    target.distance.prepare(topology.triangles, own.triangles, shape_);
-    target.distance.refit(topology.triangles, shape_);
     target.normal.resize(3, own.triangles.count);
     double twice_area = 0.0;
     double six_volumes = 0.0;
@@ -118,7 +127,8 @@ void PassageTruth::place_target(Index body, double jaw) {
     }
     target.thickness = own.closed && six_volumes > 0.0 ? six_volumes / (3.0 * twice_area)
                                                        : edges / (3.0 * static_cast<double>(own.triangles.count));
-    target.half_width = own.closed ? half_width_of(body) : 0.0;
+    // A deforming body is about as deep as it was: its depth takes as long to find as a whole frame.
+    if (is_other_tool) target.half_width = own.closed ? half_width_of(body) : 0.0;
 }
 
 /// From the middle of a triangle straight inwards, half-way to the other side, is about where a body is deepest.
@@ -191,13 +201,18 @@ void PassageTruth::sample_places(const Direction& direction, const Matrix3X& pos
     }
 }
 
-std::int64_t PassageTruth::follow(const Frame& frame) {
-    const auto keeps_shape = [&frame](Index body) { return frame.pose[at(body)].translation.allFinite(); };
-    const auto forget_changed = [&keeps_shape](Pair& pair) {
-        std::erase_if(pair.directions, [&](const Direction& direction) { return !keeps_shape(direction.into); });
-        return pair.met ? pair.directions.empty() : !keeps_shape(pair.a) && !keeps_shape(pair.b);
-    };
-    std::erase_if(pairs_, forget_changed);
+std::int64_t PassageTruth::follow(const Frame& frame, std::span<const std::uint8_t> reshaped, const SideOf& side_of) {
+    side_of_ = side_of ? &side_of : nullptr;
+    for (std::size_t b = 0; b < reshaped.size(); ++b) {
+        reshaped_[b] = reshaped[b];
+        if (reshaped[b] == 0) continue;
+        ever_reshaped_[b] = 1;
+        if (targets_[b].normal.cols() > 0) place_target(static_cast<Index>(b), targets_[b].jaw);
+    }
+    std::erase_if(pairs_, [this](Pair& pair) {
+        std::erase_if(pair.directions, [&](const Direction& direction) { return !is_followed(direction.into); });
+        return pair.met ? pair.directions.empty() : !is_followed(pair.a) && !is_followed(pair.b);
+    });
     if (pairs_.empty()) return -1;
     for (std::size_t b = 0; b < box_.size(); ++b) box_[b] = box_of(frame.position, scene_->topology.bodies[b].vertices);
     std::int64_t completed = 0;
@@ -211,10 +226,7 @@ std::int64_t PassageTruth::follow(const Frame& frame) {
             pair.counted = false;
             continue;
         }
-        if (!pair.met) {
-            begin(true, pair);
-            forget_changed(pair);
-        }
+        if (!pair.met) begin(true, pair);
         bool through = false;
         bool going_on = false;
         for (Direction& direction : pair.directions) {
@@ -232,6 +244,13 @@ std::int64_t PassageTruth::follow(const Frame& frame) {
 
 bool PassageTruth::follow(const Frame& frame, Direction& direction) {
     const auto into = at(direction.into);
+    const bool closed = range(direction.into).closed;
+    const bool through_sheet = !closed && side_of_ != nullptr && follow_side(direction);
+    if (!closed && ever_reshaped_[into] != 0) {
+        moved_through_ = false;
+        direction.any_inside = (*side_of_)(direction.from, direction.into) == Side::undecided;
+        return through_sheet;
+    }
     if (!direction.up_to_date) sample_places(direction, before_, pose_before_[into], direction.at);
     if (!scene_->bodies[into].jaws.empty() && targets_[into].jaw != frame.pose[into].jaw) {
         place_target(direction.into, frame.pose[into].jaw);
@@ -239,14 +258,14 @@ bool PassageTruth::follow(const Frame& frame, Direction& direction) {
     sample_places(direction, frame.position, frame.pose[into], next_);
     direction.any_inside = false;
     moved_through_ = false;
-    bool through = false;
+    bool through = closed && reshaped_[into] != 0 && follow_surface(direction);
     for (std::size_t s = 0; s < direction.samples.size(); ++s) {
         through = follow_sample(s, next_.col(static_cast<Eigen::Index>(s)), direction) || through;
         direction.any_inside = direction.any_inside || direction.depth[s] != 0;
     }
     direction.at.swap(next_);
     direction.up_to_date = true;
-    if (range(direction.into).closed) return through;
+    if (closed) return through;
     if (!direction.any_inside || !surfaces_apart(frame, direction)) return false;
     // The side that the samples are on now is the one that the next passage is counted from.
     std::fill(direction.depth.begin(), direction.depth.end(), 0);
@@ -254,9 +273,41 @@ bool PassageTruth::follow(const Frame& frame, Direction& direction) {
     return true;
 }
 
+/// True when all of the body is now on the other side of the sheet.
+bool PassageTruth::follow_side(Direction& direction) const {
+    const Side now = (*side_of_)(direction.from, direction.into);
+    if (now == Side::undecided || now == direction.side) return false;
+    direction.side = now;
+    return true;
+}
+
+/// What a new shape of the body passes over while the samples rest. True when a sample has passed through.
+bool PassageTruth::follow_surface(Direction& direction) {
+    const Triangles& triangles = scene_->topology.triangles;
+    const Target& target = targets_[at(direction.into)];
+    bool through = false;
+    for (std::size_t s = 0; s < direction.samples.size(); ++s) {
+        const Vector3 here = direction.at.col(static_cast<Eigen::Index>(s));
+        const bool may_be_inside = target.box.overlaps(Box{here, here});
+        const int depth = may_be_inside ? target.rays.crossings(triangles, shape_, here) : 0;
+        if (depth == direction.depth[s]) continue;
+        Index nearest = -1;
+        double least = std::numeric_limits<double>::infinity();
+        target.distance.visit_near(here, [&](Index t) {
+            const auto [a, b, c] = corners_of(triangles, shape_, t);
+            const double squared = squared_distance_to_triangle(a, b, c, here);
+            if (squared < least) nearest = t;
+            least = std::min(least, squared);
+            return least;
+        });
+        moved_through_ = true;
+        through = cross(s, nearest, depth - direction.depth[s], here, here, direction) || through;
+    }
+    return through;
+}
+
 bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Direction& direction) {
     const Triangles& triangles = scene_->topology.triangles;
-    const BodyRange& body = range(direction.into);
     const Target& target = targets_[at(direction.into)];
     const Vector3 from = direction.at.col(static_cast<Eigen::Index>(sample));
     hits_.clear();
@@ -270,7 +321,7 @@ bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Directio
                 side != passing_side(from, to, shape_, triangles(2, t), triangles(0, t))) {
                 return;
             }
-            const auto normal = target.normal.col(t - body.triangles.first);
+            const auto normal = target.normal.col(t - range(direction.into).triangles.first);
             const double part = normal.dot(a - from) / normal.dot(to - from);
             hits_.push_back({std::isfinite(part) ? part : 0.5, t, below ? -1 : 1});
         });
@@ -285,32 +336,37 @@ bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Directio
     moved_through_ = true;
     bool through = false;
     Vector3 last = from;
-    const auto column = static_cast<Eigen::Index>(sample);
     for (const Hit& hit : hits_) {
-        int& depth = direction.depth[sample];
-        Index& entered = direction.entered[sample];
         const Vector3 here = from + hit.part * (to - from);
-        if (depth == 0) {
-            entered = hit.triangle;
-            direction.entry.col(column) = here;
-            direction.deepest[sample] = 0.0;
-        } else if (entered >= 0) {
-            deepen(sample, last, here, direction);
-        }
+        through = cross(sample, hit.triangle, hit.step, last, here, direction) || through;
         last = here;
-        depth += hit.step;
-        if (depth != 0) continue;
-        if (entered >= 0) {
-            const auto normal_in = target.normal.col(entered - body.triangles.first);
-            const auto normal_out = target.normal.col(hit.triangle - body.triangles.first);
-            const double deep_enough = std::min(deep_for_the_body * target.half_width,
-                                                deep_for_the_path * (here - direction.entry.col(column)).norm());
-            through = through || (normal_in.dot(normal_out) <= opposite && direction.deepest[sample] >= deep_enough);
-        }
-        entered = -1;
     }
     if (direction.entered[sample] >= 0) deepen(sample, last, to, direction);
     return through;
+}
+
+bool PassageTruth::cross(std::size_t sample, Index triangle, int step, const Vector3& last, const Vector3& here,
+                         Direction& direction) const {
+    const Target& target = targets_[at(direction.into)];
+    const Index first = range(direction.into).triangles.first;
+    const auto column = static_cast<Eigen::Index>(sample);
+    int& depth = direction.depth[sample];
+    Index& entered = direction.entered[sample];
+    if (depth == 0) {
+        entered = triangle;
+        direction.entry.col(column) = here;
+        direction.deepest[sample] = 0.0;
+    } else if (entered >= 0) {
+        deepen(sample, last, here, direction);
+    }
+    depth += step;
+    if (depth != 0) return false;
+    const Index in = std::exchange(entered, -1);
+    if (in < 0) return false;
+    const double deep_enough = std::min(deep_for_the_body * target.half_width,
+                                        deep_for_the_path * (here - direction.entry.col(column)).norm());
+    return target.normal.col(in - first).dot(target.normal.col(triangle - first)) <= opposite &&
+           direction.deepest[sample] >= deep_enough;
 }
 
 void PassageTruth::deepen(std::size_t sample, const Vector3& from, const Vector3& to, Direction& direction) const {

@@ -12,15 +12,22 @@
 //   in leaves where it entered. A sample that slides along a surface or cuts a corner leaves beside its entry or stays
 //   shallow.
 // * Open: a sample has passed through when the surfaces are apart again and it is on the other side.
+// A body may change its shape, and its frame moves on with it.
+// * Closed: where the surface passes over a sample, the winding number about the sample changes. The triangle nearest
+//   to the sample then counts as crossed.
+// * Open: a body has passed through when all of it is on the other side (sheet_sides.hpp).
 // Each body of a pair provides samples for the other. A passage counts once, at the tick of its first sample. The pair
 // can pass again only after all samples have been outside.
 #pragma once
 
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "geometry/box_pairs.hpp"
 #include "measure/ray_tree.hpp"
+#include "measure/sheet_sides.hpp"
 #include "measure/surface_distance.hpp"
 #include "scene/scene.hpp"
 
@@ -31,10 +38,14 @@ public:
     /// `first`: the frame that follow() goes on from. The scene outlives the object.
     PassageTruth(const Scene& scene, const Frame& first);
 
+    /// The side of an open sheet `into` on which all of `from` is; undecided where not all of it is on one.
+    using SideOf = std::function<Side(Index from, Index into)>;
+
     /// Call with every frame after a step, in order. Returns the number of passages completed since the last call; -1:
-    /// the scene has no pair to examine. A pose that is not finite says that its body has changed its shape: from then
-    /// on nothing is examined for passing through it.
-    std::int64_t follow(const Frame& frame);
+    /// the scene has no pair to examine. `reshaped`: per body, whether its shape in the scene (SceneBody::local) is
+    /// another one since the last call; empty: of none. `side_of`: of this frame; without it nothing more is examined
+    /// for passing through an open sheet once that is reshaped.
+    std::int64_t follow(const Frame& frame, std::span<const std::uint8_t> reshaped = {}, const SideOf& side_of = {});
 
 private:
     /// A point (1 - share) u + share v of a body's edge.
@@ -64,13 +75,14 @@ private:
         std::vector<double> deepest;  ///< per sample, m: largest distance to the surface since entry
         bool up_to_date = false;      ///< `at` belongs to the frame before
         bool any_inside = false;
+        Side side = Side::right;  ///< open: where all of `from` was last, if side_of is given
     };
     struct Pair {
         Index a = -1;
         Index b = -1;
-        bool met = false;                   ///< the boxes have met, and there are directions
-        std::vector<Direction> directions;  ///< into bodies that have kept their shape
-        bool counted = false;               ///< the current passage is counted
+        bool met = false;  ///< the boxes have met, and there are directions
+        std::vector<Direction> directions;
+        bool counted = false;  ///< the current passage is counted
     };
     struct Hit {
         double part;  ///< fraction of the motion in the tick
@@ -81,6 +93,8 @@ private:
     [[nodiscard]] const BodyRange& range(Index body) const {
         return scene_->topology.bodies[static_cast<std::size_t>(body)];
     }
+    /// Neither an open sheet that has been reshaped nor known by its sides.
+    [[nodiscard]] bool is_followed(Index into) const;
     void place_target(Index body, double jaw);
     /// Begins to follow a pair from the frame before. `apart`: its boxes did not overlap there.
     void begin(bool apart, Pair& pair);
@@ -89,7 +103,12 @@ private:
     void sample_places(const Direction& direction, const Matrix3X& position, const Pose& into, Matrix3X& at) const;
     /// True when a sample has passed through.
     bool follow(const Frame& frame, Direction& direction);
+    bool follow_side(Direction& direction) const;
+    bool follow_surface(Direction& direction);
     bool follow_sample(std::size_t sample, const Vector3& to, Direction& direction);
+    /// The sample at `here`, which was at `last` before, crosses the triangle. True when it has passed through.
+    bool cross(std::size_t sample, Index triangle, int step, const Vector3& last, const Vector3& here,
+               Direction& direction) const;
     /// Updates the `deepest` of a sample on one part of its path.
     void deepen(std::size_t sample, const Vector3& from, const Vector3& to, Direction& direction) const;
     [[nodiscard]] bool surfaces_apart(const Frame& frame, const Direction& direction);
@@ -106,6 +125,9 @@ private:
     Matrix3X next_;
     std::vector<Hit> hits_;
     bool moved_through_ = false;
+    std::vector<std::uint8_t> reshaped_;       ///< per body, in the current call
+    std::vector<std::uint8_t> ever_reshaped_;  ///< per body
+    const SideOf* side_of_ = nullptr;          ///< of the current call; null: not given
 };
 
 }  // namespace trocar

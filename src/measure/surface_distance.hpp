@@ -15,9 +15,9 @@ public:
     [[nodiscard]] double distance(const Triangles& triangles, const Matrix3X& position, const Vector3& p,
                                   double enough = 0.0) const;
 
-    /// Upper bound on the distance of every point of the segment from p to q to the surface, m. It is that of the
-    /// triangle whose distance to the farther end is least: the distance to a convex set is convex along a line, so
-    /// that it is largest at an end. A search that finds a bound within `enough` ends there and returns that one.
+    /// Upper bound on the distance of every point of the segment from p to q to the surface, m. It is the least over
+    /// the triangles of the distance to the farther end. The distance to a convex set is convex along a line, so that
+    /// it is largest at an end. A search that finds a bound within `enough` ends there and returns that one.
     [[nodiscard]] double bound_along(const Triangles& triangles, const Matrix3X& position, const Vector3& p,
                                      const Vector3& q, double enough) const;
 };

@@ -61,15 +61,11 @@ private:
     std::map<std::string, std::string, std::less<>> values_;
 };
 
-/// Detail of a detector's output.
-enum class InformationLevel { any, pairs, contacts };
-
 struct DetectorEntry {
     std::string name = {};
     std::string library = "trocar";  ///< name of the library, e.g. "FCL"
     std::string version = {};
     std::string configuration = {};  ///< build facts asserted at start-up (precision, SIMD …), printed in the report
-    InformationLevel information = InformationLevel::pairs;
     bool own = false;              ///< implemented in trocar, not in a third-party library
     bool claims_exact = false;     ///< pair sets must equal those of the exact reference
     bool native_contacts = false;  ///< fills ContactSet::native

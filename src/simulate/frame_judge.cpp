@@ -21,25 +21,24 @@ constexpr double rigid_tolerance = 1e-5;
 
 Pose identity() { return {}; }
 
-Pose no_pose() {
-    Pose pose;
-    pose.translation.setConstant(not_known);
-    return pose;
-}
-
-/// The motion from `local` to `now` (3×n, m); no_pose() where they differ by more.
-Pose rigid_motion(const Matrix3X& local, const Matrix3X& now) {
+/// The motion of the points from `local` to `now` (3×n, m) that fits best (Umeyama 1991).
+Pose best_motion(const Matrix3X& local, const Matrix3X& now) {
     if (local == now || local.cols() == 0) return identity();
     const Eigen::Matrix4d motion = Eigen::umeyama(local, now, false);
     Pose pose;
     pose.rotation = Quaternion(Matrix3(motion.topLeftCorner<3, 3>())).normalized();
     pose.translation = motion.topRightCorner<3, 1>();
-    const Matrix3X moved = (pose.rotation.toRotationMatrix() * local).colwise() + pose.translation;
-    const double size = (local.rowwise().maxCoeff() - local.rowwise().minCoeff()).norm();
-    return (moved - now).colwise().norm().maxCoeff() <= rigid_tolerance * size ? pose : no_pose();
+    return pose;
 }
 
-/// Bodies that have kept their shape since the first frame, as PassageTruth wants them.
+bool is_same_shape(const Matrix3X& local, const Matrix3X& now, const Pose& pose) {
+    if (local.cols() == 0) return true;
+    const Matrix3X moved = (pose.rotation.toRotationMatrix() * local).colwise() + pose.translation;
+    const double size = (local.rowwise().maxCoeff() - local.rowwise().minCoeff()).norm();
+    return (moved - now).colwise().norm().maxCoeff() <= rigid_tolerance * size;
+}
+
+/// Bodies that move by poses, as PassageTruth wants them.
 Scene as_scene(const Topology& topology, const Frame& first) {
     Scene scene;
     scene.topology = topology;
@@ -64,7 +63,8 @@ struct FrameJudge::State {
     DepthTruth depth;
     Scene scene;
     PassageTruth passages;
-    std::vector<std::uint8_t> rigid;  ///< per body
+    std::vector<std::uint8_t> reshaped;  ///< per body, from the frame before to this one
+    bool asks_for_sides = false;         ///< passages through an open sheet may ask for its sides
 
     State(const Topology& bodies, const Frame& first, FrameStart start, bool look_for_self)
         : topology(&bodies),
@@ -73,37 +73,50 @@ struct FrameJudge::State {
           depth(bodies, first, {}, DepthTruth::default_area_samples, start == FrameStart::clean),
           scene(as_scene(bodies, first)),
           passages(scene, scene.first),
-          rigid(bodies.bodies.size(), 1) {
+          reshaped(bodies.bodies.size(), 0) {
         for (const auto& [a, b] : bodies.body_pairs) {
             const bool closed_a = bodies.bodies[at(a)].closed;
             const bool closed_b = bodies.bodies[at(b)].closed;
             any_closed = any_closed || closed_a || closed_b;
             if (start == FrameStart::unknown && !(closed_a && closed_b)) sides_known = false;
+            asks_for_sides = asks_for_sides || (start == FrameStart::clean && !(closed_a && closed_b));
         }
     }
 
+    /// Poses of the bodies; the shape of one that has changed it is the new one from here on.
     [[nodiscard]] std::vector<Pose> poses(const Frame& frame) {
-        std::vector<Pose> all(rigid.size(), no_pose());
-        for (std::size_t b = 0; b < rigid.size(); ++b) {
-            if (rigid[b] == 0) continue;
+        std::vector<Pose> all;
+        for (std::size_t b = 0; b < reshaped.size(); ++b) {
             const Range& vertices = topology->bodies[b].vertices;
-            all[b] = rigid_motion(scene.bodies[b].local, frame.position.middleCols(vertices.first, vertices.count));
-            rigid[b] = all[b].translation.allFinite() ? 1 : 0;
+            const Matrix3X now = frame.position.middleCols(vertices.first, vertices.count);
+            Matrix3X& local = scene.bodies[b].local;
+            const Pose pose = best_motion(local, now);
+            reshaped[b] = is_same_shape(local, now, pose) ? 0 : 1;
+            if (reshaped[b] != 0) {
+                local = pose.rotation.toRotationMatrix().transpose() * (now.colwise() - pose.translation);
+            }
+            all.push_back(pose);
         }
         return all;
     }
 
-    /// Pairs, passages and self-intersections, none of which needs the depths.
+    [[nodiscard]] std::int64_t follow_passages(const Frame& frame) {
+        Frame posed;
+        posed.position = frame.position;
+        posed.pose = poses(frame);
+        PassageTruth::SideOf side_of;
+        if (asks_for_sides) side_of = [this](Index from, Index into) { return depth.side_of(from, into); };
+        return passages.follow(posed, reshaped, side_of);
+    }
+
+    /// Pairs, self-intersections, and passages unless they ask for sides: what does not need the depths.
     void judge_surfaces(const Frame& frame, FrameFigures& figures) {
         if (!topology->body_pairs.empty()) {
             std::vector<TrianglePair> pairs;
             true_pairs(*topology, frame, pairs);
             figures.row.true_pairs = static_cast<std::int64_t>(pairs.size());
             figures.row.true_touch = static_cast<std::int64_t>(touching_pairs(*topology, frame, pairs).size());
-            Frame posed;
-            posed.position = frame.position;
-            posed.pose = poses(frame);
-            figures.row.passed_through = passages.follow(posed);
+            if (!asks_for_sides) figures.row.passed_through = follow_passages(frame);
         }
         if (!self) return;
         figures.self_intersections = 0;
@@ -158,6 +171,7 @@ FrameFigures FrameJudge::judge(const Frame& frame) {
     figures.row.true_touch = surfaces.row.true_touch;
     figures.row.passed_through = surfaces.row.passed_through;
     if (state.topology->body_pairs.empty()) return figures;
+    if (state.asks_for_sides) figures.row.passed_through = state.follow_passages(frame);
     add_depth(left, figures.row);
     if (state.sides_known) return figures;
     figures.row.wrong_side = -1;

@@ -603,14 +603,13 @@ std::string limits(const DetectorEntry& entry) {
     const World world = shaft_in_slab();
     std::string failures;
     for (const Parameter& parameter : entry.parameters) {
-        const bool by_pairs = parameter.name == "max_pairs";
-        if (!by_pairs && parameter.name != "work_budget") continue;
+        if (parameter.name != "work_budget") continue;
         for (const double query_distance : query_distances(entry, world, 0.3)) {
-            const ContactSet all = answer_of(entry, world, {{"max_pairs", "1000000"}}, false, query_distance);
+            const ContactSet all = answer_of(entry, world, {{"work_budget", "1e12"}}, false, query_distance);
             const auto count = static_cast<std::int64_t>(all.pairs.size() + all.near.size());
             constexpr int parts = 40;
             for (int part = 0; part <= 2 * parts; ++part) {
-                const std::int64_t limit = (by_pairs ? count : all.work.work()) * part / parts;
+                const std::int64_t limit = all.work.work() * part / parts;
                 const auto detector = make(entry, {{parameter.name, std::to_string(limit)}});
                 detector->prepare(world.topology, world.frame);
                 for (int tick = 0; tick < 2; ++tick) {
@@ -619,7 +618,7 @@ std::string limits(const DetectorEntry& entry) {
                     const bool whole = reported == count && !some.truncated;
                     if (!holds_all(all.pairs, some.pairs) || !holds_all(all.near, some.near) ||
                         (reported < count && !some.truncated) || (part == 2 * parts && !whole) ||
-                        (by_pairs && reported > limit) || (!by_pairs && some.work.work() > limit)) {
+                        some.work.work() > limit) {
                         failures +=
                             fmt::format("{}={}, tick {}: {} of {} pairs, truncated {}, work {}\n", parameter.name,
                                         limit, tick, reported, count, some.truncated, some.work.work());
