@@ -24,6 +24,7 @@ constexpr auto retired = std::to_array<RetiredName>({
     {NameKind::parameter, "", "tip_filter", "give the run's device, --device filter=…"},
     {NameKind::parameter, "", "tip_ramp", "give the run's device, --device ramp=…"},
     {NameKind::parameter, "", "velocity_filter", "nothing takes its place: gaps are those at the start of the tick"},
+    {NameKind::parameter, "", "max_pairs", "limit the work, work_budget=…"},
     {NameKind::parameter, "ohc", "incremental", "take the detector ohc_clustered"},
     {NameKind::parameter, "unilateral", "settle_time", "renamed to 'relaxation_time'"},
     {NameKind::parameter, "unilateral", "skin", "renamed to 'contact_offset'"},

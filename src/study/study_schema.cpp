@@ -81,6 +81,7 @@ std::string study_schema() {
     "tuned": {"type": "object", "additionalProperties": false, "required": ["tuned"], "description": "The method at the setting that the file of the study's key 'tuned' has for it",
       "properties": {
          "tuned": {"type": "string", "minLength": 1, "description": "The method, as that file names it; its setting is that of the one stepper that it runs with"},
+         "searched_with": {"type": "string", "minLength": 1, "description": "The stepper of the search, where the response runs with others"},
          "detectors": {"type": "array", "minItems": 1, "items": {"type": "string"}},
          "contacts": {"$ref": "#/$defs/contacts", "description": "Absent: the generator that the search found best"},
          "steppers": {"$ref": "#/$defs/steppers"},

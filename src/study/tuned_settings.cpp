@@ -47,13 +47,14 @@ TunedFile read_tuned(const std::filesystem::path& file) {
     return tuned;
 }
 
-/// The one stepper that the response runs with, its own or the experiment's.
+/// The stepper of the search: the one that the response runs with, its own or the experiment's, if no other is named.
 std::string stepper_of(const JsonNode& response, const JsonNode& experiment) {
+    if (const auto named = response.find("searched_with")) return named->text();
     std::optional<JsonNode> steppers = response.find("steppers");
     if (!steppers) steppers = experiment.find("steppers");
     if (!steppers) return "";
     const std::vector<std::string> named = read_steppers(*steppers);
-    if (named.size() != 1) steppers->fail("one stepper for 'tuned', whose setting is that of a stepper");
+    if (named.size() != 1) steppers->fail("one stepper for 'tuned', or the key 'searched_with' beside it");
     return named.front();
 }
 
@@ -91,6 +92,9 @@ void resolve_tuned(Json& study, const std::string& study_file) {
             if (!items[i].has("contacts")) entry["contacts"] = {found->second.contacts};
             if (is_better) entry["setting"] = "tuned";
             entry["basis"] = (is_better ? "" : "nothing better was found by ") + tuned->search;
+            if (!items[i].has("searched_with")) continue;
+            entry["basis"] = fmt::format("{}, moved by `{}`", entry["basis"].get<std::string>(), stepper);
+            entry.erase("searched_with");
         }
     }
 }

@@ -8,9 +8,9 @@
 namespace trocar {
 
 /// Gives every response {"tuned": METHOD} of the study's experiments its method, setting, basis and contacts. They
-/// are in the file that the study's key "tuned" names, relative to the study. The entry is that of its stepper. A
-/// response without a better setting than the one it comes with gets that one; contacts of its own stay. Throws
-/// InputError.
+/// are in the file that the study's key "tuned" names, relative to the study. The entry is that of its stepper,
+/// or of the one in its key "searched_with". A response without a better setting than the one it comes with gets that
+/// one; contacts of its own stay. Throws InputError.
 void resolve_tuned(nlohmann::json& study, const std::string& study_file);
 
 }  // namespace trocar

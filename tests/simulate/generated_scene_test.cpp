@@ -261,6 +261,13 @@ TEST(GeneratedScene, ATextGivesTheSceneThatItsSettingsSay) {
     EXPECT_EQ(family("balls:count=2"), family("balls:count=4"));
     EXPECT_EQ(generated_scene_facts("balls:count=7").name, "7 balls");
     EXPECT_EQ(generated_scene_facts("balls").pair_class, "T2T");
+    // Counts are short where nothing is lost by it.
+    for (const auto& [count, word] :
+         {std::pair{"1000000", "1M"}, {"1500000", "1500k"}, {"2000", "2k"}, {"2500", "2500"}}) {
+        const GeneratedSceneFacts counted =
+            generated_scene_facts(std::string("instrument_in_tissue:tissue_triangles=") + count);
+        EXPECT_EQ(counted.name, std::string("light ") + word + " x 2k");
+    }
     for (const char* bad : {"cube", "balls:count=1", "balls:size=3", "instrument_in_tissue:variant=soft",
                             "balls:count=1001", "instrument_in_tissue:tissue_triangles=99",
                             "instrument_in_tissue:tissue_triangles=3000000", "instrument_in_tissue:instruments=3"}) {

@@ -413,6 +413,14 @@ TEST_F(StudyFile, TunedResponsesComeFromTheFileOfTheSearchByMethodAndStepper) {
                          fmt::format("{}/{}: expected no such key beside", place, key));
     }
     expect_complaint(study_with(R"({"tuned":"penalty","steppers":["implicit","xpbd"]})"), place + "/steppers");
+    const Level moved =
+        read(study_with(R"({"tuned":"penalty","searched_with":"implicit","steppers":["implicit:steps=4","xpbd"]})"))
+            .experiments[0]
+            .responses[0];
+    EXPECT_EQ(moved.text, "penalty:k=9");
+    EXPECT_EQ(moved.only.at("steppers"), (std::vector<std::string>{"implicit:steps=4", "xpbd"}));
+    test::expect_holds(moved.basis, {"search t of seed 1", "moved by `implicit`"});
+    expect_complaint(study_with(R"({"tuned":"penalty","searched_with":"xpbd"})"), "with the stepper xpbd");
 }
 
 TEST_F(StudyFile, ARunHasTheSettingOfWhatItCompares) {
