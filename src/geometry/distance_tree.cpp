@@ -50,7 +50,7 @@ void DistanceTree::prepare(const Triangles& triangles, Range range, const Matrix
     refit(triangles, position);
 }
 
-void DistanceTree::refit(const Triangles& triangles, const Matrix3X& position) {
+void DistanceTree::refit(const Triangles& triangles, const Matrix3X& position, const Matrix3X* before) {
     for (auto node = nodes_.rbegin(); node != nodes_.rend(); ++node) {
         node->box = Box{};
         if (node->count == 0) {
@@ -60,6 +60,7 @@ void DistanceTree::refit(const Triangles& triangles, const Matrix3X& position) {
         }
         for (Index i = node->first; i < node->first + node->count; ++i) {
             node->box.add(box_of(corners_of(triangles, position, order_[at(i)])));
+            if (before != nullptr) node->box.add(box_of(corners_of(triangles, *before, order_[at(i)])));
         }
     }
 }

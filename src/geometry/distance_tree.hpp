@@ -14,8 +14,8 @@ class DistanceTree {
 public:
     /// Builds the tree for the triangles of the range at `position`.
     void prepare(const Triangles& triangles, Range range, const Matrix3X& position);
-    /// Adapts the boxes to moved vertices.
-    void refit(const Triangles& triangles, const Matrix3X& position);
+    /// Adapts the boxes to moved vertices. With `before`, they hold the triangles at both places.
+    void refit(const Triangles& triangles, const Matrix3X& position, const Matrix3X* before = nullptr);
     [[nodiscard]] bool empty() const { return nodes_.empty(); }
     /// Box of all triangles; empty without any.
     [[nodiscard]] Box box() const { return nodes_.empty() ? Box{} : nodes_.front().box; }
@@ -27,7 +27,17 @@ public:
         visit([&p](const Box& box) { return box.squared_distance(p); }, act);
     }
 
-    /// The same for the distance of a triangle to the farther one of p and q.
+    /// Calls act(triangle) for every triangle whose box overlaps `box`, and for some others.
+    template <typename Act>
+    void visit_overlapping(const Box& box, const Act& act) const {
+        visit([&box](const Box& node) { return node.overlaps(box) ? 0.0 : 1.0; },
+              [&act](Index triangle) {
+                  act(triangle);
+                  return 1.0;
+              });
+    }
+
+    /// The same as visit_near for the distance of a triangle to the farther one of p and q.
     template <typename Act>
     void visit_near_both(const Vector3& p, const Vector3& q, const Act& act) const {
         visit([&p, &q](const Box& box) { return std::max(box.squared_distance(p), box.squared_distance(q)); }, act);

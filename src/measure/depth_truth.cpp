@@ -30,7 +30,7 @@ struct DepthTruth::State {
     Matrix3X previous;  ///< of the frame measured before
     std::vector<BodySurface> bodies;
     std::vector<Direction> directions;
-    std::vector<double> vertex_bounds;  ///< of the direction measured now (measure/edge_depth.hpp)
+    std::vector<double> vertex_bounds;  ///< of the samples of the direction measured now (measure/edge_depth.hpp)
 
     [[nodiscard]] BodySurface& body(Index number) { return bodies[static_cast<std::size_t>(number)]; }
 
@@ -99,6 +99,7 @@ DepthTruth::DepthTruth(const Topology& topology, const Frame& first, std::span<c
     s.topology = &topology;
     s.position = first.position;
     s.previous = first.position;
+    s.vertex_bounds.assign(at(topology.vertex_count), not_inside);
     s.bodies.reserve(topology.bodies.size());
     for (Index body = 0; body < topology.body_count(); ++body) {
         s.bodies.emplace_back(topology, body, s.position, s.previous, area_samples);
@@ -136,7 +137,8 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
     for (const Direction& direction : s.directions) {
         if (!direction.counted) continue;
         const BodySurface& from = s.body(direction.from);
-        s.vertex_bounds.assign(at(s.position.cols()), outside);
+        const auto own_bounds = s.vertex_bounds.begin() + from.range().vertices.first;
+        std::fill_n(own_bounds, from.range().vertices.count, not_inside);
         for (std::size_t i = 0; i < direction.side.size(); ++i) {
             if (direction.side[i] == Side::undecided) ++result.side_undecided;
             if (direction.side[i] != Side::wrong) continue;
@@ -146,7 +148,7 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
             ++result.wrong_side;
             if (i < from.vertex_count()) {
                 ++result.wrong_side_vertices;
-                s.vertex_bounds[at(from.range().vertices.first) + i] = depth;
+                own_bounds[static_cast<std::ptrdiff_t>(i)] = depth;
             }
             result.residual_penetration = std::max(result.residual_penetration, depth);
             if (i < from.vertex_count()) continue;
@@ -160,17 +162,6 @@ DepthTruth::Result DepthTruth::measure(const Frame& frame) {
     result.wrong_side_area = weight;
     if (weight > 0.0) result.residual_penetration_mean = weighted_depth / weight;
     return result;
-}
-
-Side DepthTruth::side_of(Index from, Index into) const {
-    for (const Direction& direction : state_->directions) {
-        if (direction.from != from || direction.into != into || direction.side.empty()) continue;
-        const Side first = direction.side.front();
-        const bool all =
-            std::all_of(direction.side.begin(), direction.side.end(), [first](Side side) { return side == first; });
-        return all ? first : Side::undecided;
-    }
-    return Side::undecided;
 }
 
 double DepthTruth::clearance() const {

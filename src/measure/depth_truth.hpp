@@ -49,10 +49,6 @@ public:
     /// undecided, and when the two bodies are not tested against each other.
     [[nodiscard]] double depth_of_vertex(Index vertex, Index into) const;
 
-    /// The side of body `into` on which all samples of `from` are on the last measured frame; undecided where they are
-    /// on both, and where the two bodies are not tested against each other.
-    [[nodiscard]] Side side_of(Index from, Index into) const;
-
     /// Smallest distance on the last measured frame between a sample of one body and the surface of the other. Over the
     /// counted pairs, m; infinite without one.
     [[nodiscard]] double clearance() const;

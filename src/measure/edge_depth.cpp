@@ -73,15 +73,17 @@ EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::
         const Box box = box_of(p, q);
         if (!box.overlaps(rays.box())) continue;
         cuts.assign({0.0, 1.0});
+        bool is_near = false;
         rays.visit_along(p, q, [&](Index t) {
             const Corners corners = corners_of(triangles, position, t);
             if (!box.overlaps(box_of(corners))) return;
+            is_near = true;
             const auto path = path_through(corners, p, q);
             if (path) cuts.push_back(*path);
         });
         const double bound_from = vertex_bounds[at(from)];
         const double bound_to = vertex_bounds[at(to)];
-        if (cuts.size() == 2 && (bound_from < 0.0) == (bound_to < 0.0)) {
+        if (!is_near) {
             if (bound_from < 0.0) continue;
             // A distance changes by no more than the path.
             if (bound_from + bound_to + (q - p).norm() <= 2.0 * result.depth) {

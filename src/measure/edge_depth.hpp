@@ -18,14 +18,14 @@ struct EdgeDepth {
 };
 
 /// Stands for a vertex that is not inside, in place of a bound on its depth.
-inline constexpr double outside = -1.0;
+inline constexpr double not_inside = -1.0;
 
 /// Cuts the edges at the closed surface in `rays`. Branch and bound searches each inner part for its deepest point,
 /// down to 1/512 of the part. The winding number decides exactly whether a point is inside. The cuts only guide the
-/// search, so that their rounding loses at most a part of that length. An edge without a cut is on the side of its
-/// ends. `edges`: vertex numbers; of both directions of an edge the ascending one counts. `surface`: the same triangles
-/// as in `rays`. `vertex_bounds`: per vertex number, an upper bound on the depth of a vertex inside, m, or `outside`.
-/// `at_least`: m; parts that are no deeper are not searched.
+/// search, so that their rounding loses at most a part of that length. An edge that comes near no triangle is on
+/// the side of its ends. `edges`: vertex numbers; of both directions of an edge the ascending one counts. `surface`:
+/// the same triangles as in `rays`. `vertex_bounds`: per vertex number, an upper bound on the depth of a vertex inside,
+/// m, or `not_inside`. `at_least`: m; parts that are no deeper are not searched.
 EdgeDepth edge_depth(const Triangles& triangles, const Matrix3X& position, std::span<const std::array<Index, 2>> edges,
                      const RayTree& rays, const SurfaceDistance& surface, std::span<const double> vertex_bounds,
                      double at_least = 0.0);

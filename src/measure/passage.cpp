@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <set>
 #include <utility>
 
 #include "geometry/exact.hpp"
+#include "geometry/signed_crossing.hpp"
 
 namespace trocar {
 namespace {
@@ -39,15 +39,13 @@ int passing_side(const Vector3& p, const Vector3& q, const Matrix3X& shape, Inde
 
 }  // namespace
 
-PassageTruth::PassageTruth(const Scene& scene, const Frame& frame) : scene_(&scene), shape_(frame.position) {
+PassageTruth::PassageTruth(const Scene& scene, const Frame& frame)
+    : scene_(&scene), shape_(frame.position), shape_before_(frame.position) {
     const Topology& topology = scene.topology;
     if (frame.pose.size() != topology.bodies.size() || scene.bodies.size() != topology.bodies.size()) return;
     before_ = frame.position;
     pose_before_ = frame.pose;
-    for (const Pose& pose : frame.pose) first_jaw_.push_back(pose.jaw);
     targets_.resize(topology.bodies.size());
-    reshaped_.assign(topology.bodies.size(), 0);
-    ever_reshaped_ = reshaped_;
     box_.resize(topology.bodies.size());
     for (const BodyRange& body : topology.bodies) box_before_.push_back(box_of(frame.position, body.vertices));
     const auto has_shape = [&](Index body) {
@@ -64,9 +62,8 @@ PassageTruth::PassageTruth(const Scene& scene, const Frame& frame) : scene_(&sce
 void PassageTruth::begin(bool apart, Pair& pair) {
     pair.met = true;
     for (const auto& [from, into] : {std::pair{pair.a, pair.b}, std::pair{pair.b, pair.a}}) {
-        if (!is_followed(into)) continue;
         const Pose& pose = pose_before_[at(into)];
-        if (targets_[at(into)].normal.cols() == 0) place_target(into, first_jaw_[at(into)]);
+        if (targets_[at(into)].normal.cols() == 0) place_target(into, pose.jaw);
         Direction direction;
         direction.from = from;
         direction.into = into;
@@ -88,8 +85,16 @@ void PassageTruth::begin(bool apart, Pair& pair) {
     }
 }
 
-bool PassageTruth::is_followed(Index into) const {
-    return range(into).closed || ever_reshaped_[at(into)] == 0 || side_of_ != nullptr;
+void PassageTruth::reshape_target(Index body, double jaw) {
+    const BodyRange& own = range(body);
+    const Triangles& triangles = scene_->topology.triangles;
+    Target& target = targets_[at(body)];
+    shape_before_.middleCols(own.vertices.first, own.vertices.count) =
+        shape_.middleCols(own.vertices.first, own.vertices.count);
+    place_target(body, jaw);
+    target.reshaped = true;
+    if (target.swept.empty()) target.swept.prepare(triangles, own.triangles, shape_);
+    target.swept.refit(triangles, shape_, &shape_before_);
 }
 
 void PassageTruth::place_target(Index body, double jaw) {
@@ -127,7 +132,7 @@ void PassageTruth::place_target(Index body, double jaw) {
     }
     target.thickness = own.closed && six_volumes > 0.0 ? six_volumes / (3.0 * twice_area)
                                                        : edges / (3.0 * static_cast<double>(own.triangles.count));
-    // A deforming body is about as deep as it was: its depth takes as long to find as a whole frame.
+    // That of the first shape is kept: it takes as long to find as a whole frame of `trocar judge`.
     if (is_other_tool) target.half_width = own.closed ? half_width_of(body) : 0.0;
 }
 
@@ -201,19 +206,13 @@ void PassageTruth::sample_places(const Direction& direction, const Matrix3X& pos
     }
 }
 
-std::int64_t PassageTruth::follow(const Frame& frame, std::span<const std::uint8_t> reshaped, const SideOf& side_of) {
-    side_of_ = side_of ? &side_of : nullptr;
-    for (std::size_t b = 0; b < reshaped.size(); ++b) {
-        reshaped_[b] = reshaped[b];
-        if (reshaped[b] == 0) continue;
-        ever_reshaped_[b] = 1;
-        if (targets_[b].normal.cols() > 0) place_target(static_cast<Index>(b), targets_[b].jaw);
-    }
-    std::erase_if(pairs_, [this](Pair& pair) {
-        std::erase_if(pair.directions, [&](const Direction& direction) { return !is_followed(direction.into); });
-        return pair.met ? pair.directions.empty() : !is_followed(pair.a) && !is_followed(pair.b);
-    });
+std::int64_t PassageTruth::follow(const Frame& frame, std::span<const std::uint8_t> reshaped) {
     if (pairs_.empty()) return -1;
+    for (std::size_t b = 0; b < targets_.size(); ++b) {
+        targets_[b].reshaped = false;
+        const bool placed = targets_[b].normal.cols() > 0;
+        if (placed && b < reshaped.size() && reshaped[b] != 0) reshape_target(static_cast<Index>(b), targets_[b].jaw);
+    }
     for (std::size_t b = 0; b < box_.size(); ++b) box_[b] = box_of(frame.position, scene_->topology.bodies[b].vertices);
     std::int64_t completed = 0;
     for (Pair& pair : pairs_) {
@@ -244,28 +243,25 @@ std::int64_t PassageTruth::follow(const Frame& frame, std::span<const std::uint8
 
 bool PassageTruth::follow(const Frame& frame, Direction& direction) {
     const auto into = at(direction.into);
-    const bool closed = range(direction.into).closed;
-    const bool through_sheet = !closed && side_of_ != nullptr && follow_side(direction);
-    if (!closed && ever_reshaped_[into] != 0) {
-        moved_through_ = false;
-        direction.any_inside = (*side_of_)(direction.from, direction.into) == Side::undecided;
-        return through_sheet;
+    const Pose& before = pose_before_[into];
+    const double jaw = frame.pose[into].jaw;
+    const bool has_jaws = !scene_->bodies[into].jaws.empty();
+    if (!direction.up_to_date) {
+        if (has_jaws && targets_[into].jaw != before.jaw) place_target(direction.into, before.jaw);
+        sample_places(direction, before_, before, direction.at);
     }
-    if (!direction.up_to_date) sample_places(direction, before_, pose_before_[into], direction.at);
-    if (!scene_->bodies[into].jaws.empty() && targets_[into].jaw != frame.pose[into].jaw) {
-        place_target(direction.into, frame.pose[into].jaw);
-    }
+    if (has_jaws && targets_[into].jaw != jaw) reshape_target(direction.into, jaw);
     sample_places(direction, frame.position, frame.pose[into], next_);
     direction.any_inside = false;
     moved_through_ = false;
-    bool through = closed && reshaped_[into] != 0 && follow_surface(direction);
+    bool through = false;
     for (std::size_t s = 0; s < direction.samples.size(); ++s) {
         through = follow_sample(s, next_.col(static_cast<Eigen::Index>(s)), direction) || through;
         direction.any_inside = direction.any_inside || direction.depth[s] != 0;
     }
     direction.at.swap(next_);
     direction.up_to_date = true;
-    if (closed) return through;
+    if (range(direction.into).closed) return through;
     if (!direction.any_inside || !surfaces_apart(frame, direction)) return false;
     // The side that the samples are on now is the one that the next passage is counted from.
     std::fill(direction.depth.begin(), direction.depth.end(), 0);
@@ -273,58 +269,52 @@ bool PassageTruth::follow(const Frame& frame, Direction& direction) {
     return true;
 }
 
-/// True when all of the body is now on the other side of the sheet.
-bool PassageTruth::follow_side(Direction& direction) const {
-    const Side now = (*side_of_)(direction.from, direction.into);
-    if (now == Side::undecided || now == direction.side) return false;
-    direction.side = now;
-    return true;
+void PassageTruth::cross_surface(const Vector3& from, const Vector3& to, Index into) {
+    const Triangles& triangles = scene_->topology.triangles;
+    const Target& target = targets_[at(into)];
+    target.rays.visit_along(from, to, [&](Index t) {
+        const auto [a, b, c] = corners_of(triangles, shape_, t);
+        const bool below = orientation_sign(a, b, c, from) > 0;
+        if (below == (orientation_sign(a, b, c, to) > 0)) return;
+        const int side = passing_side(from, to, shape_, triangles(0, t), triangles(1, t));
+        if (side != passing_side(from, to, shape_, triangles(1, t), triangles(2, t)) ||
+            side != passing_side(from, to, shape_, triangles(2, t), triangles(0, t))) {
+            return;
+        }
+        const auto normal = target.normal.col(t - range(into).triangles.first);
+        const double part = normal.dot(a - from) / normal.dot(to - from);
+        hits_.push_back({std::isfinite(part) ? part : 0.5, t, below ? -1 : 1});
+    });
 }
 
-/// What a new shape of the body passes over while the samples rest. True when a sample has passed through.
-bool PassageTruth::follow_surface(Direction& direction) {
+/// The sample stays at the origin, and the triangles move by their own motion less that of the sample.
+void PassageTruth::cross_swept_surface(const Vector3& from, const Vector3& to, Index into) {
     const Triangles& triangles = scene_->topology.triangles;
-    const Target& target = targets_[at(direction.into)];
-    bool through = false;
-    for (std::size_t s = 0; s < direction.samples.size(); ++s) {
-        const Vector3 here = direction.at.col(static_cast<Eigen::Index>(s));
-        const bool may_be_inside = target.box.overlaps(Box{here, here});
-        const int depth = may_be_inside ? target.rays.crossings(triangles, shape_, here) : 0;
-        if (depth == direction.depth[s]) continue;
-        Index nearest = -1;
-        double least = std::numeric_limits<double>::infinity();
-        target.distance.visit_near(here, [&](Index t) {
-            const auto [a, b, c] = corners_of(triangles, shape_, t);
-            const double squared = squared_distance_to_triangle(a, b, c, here);
-            if (squared < least) nearest = t;
-            least = std::min(least, squared);
-            return least;
-        });
-        moved_through_ = true;
-        through = cross(s, nearest, depth - direction.depth[s], here, here, direction) || through;
-    }
-    return through;
+    const Box path = box_of(from, to);
+    targets_[at(into)].swept.visit_overlapping(path, [&](Index t) {
+        Corners before = corners_of(triangles, shape_before_, t);
+        Corners now = corners_of(triangles, shape_, t);
+        for (std::size_t corner = 0; corner < before.size(); ++corner) {
+            before.at(corner) -= from;
+            now.at(corner) -= to;
+        }
+        const int step =
+            sweep_crossing(Vector3::Zero(), {triangles(0, t), triangles(1, t), triangles(2, t)}, before, now);
+        if (step == 0) return;
+        const double height_before = area_normal(before).normalized().dot(before[0]);
+        const double height_now = area_normal(now).normalized().dot(now[0]);
+        const double part = height_before / (height_before - height_now);
+        hits_.push_back({part >= 0.0 && part <= 1.0 ? part : 0.5, t, step});
+    });
 }
 
 bool PassageTruth::follow_sample(std::size_t sample, const Vector3& to, Direction& direction) {
-    const Triangles& triangles = scene_->topology.triangles;
-    const Target& target = targets_[at(direction.into)];
     const Vector3 from = direction.at.col(static_cast<Eigen::Index>(sample));
     hits_.clear();
-    if (from != to) {
-        target.rays.visit_along(from, to, [&](Index t) {
-            const auto [a, b, c] = corners_of(triangles, shape_, t);
-            const bool below = orientation_sign(a, b, c, from) > 0;
-            if (below == (orientation_sign(a, b, c, to) > 0)) return;
-            const int side = passing_side(from, to, shape_, triangles(0, t), triangles(1, t));
-            if (side != passing_side(from, to, shape_, triangles(1, t), triangles(2, t)) ||
-                side != passing_side(from, to, shape_, triangles(2, t), triangles(0, t))) {
-                return;
-            }
-            const auto normal = target.normal.col(t - range(direction.into).triangles.first);
-            const double part = normal.dot(a - from) / normal.dot(to - from);
-            hits_.push_back({std::isfinite(part) ? part : 0.5, t, below ? -1 : 1});
-        });
+    if (targets_[at(direction.into)].reshaped) {
+        cross_swept_surface(from, to, direction.into);
+    } else if (from != to) {
+        cross_surface(from, to, direction.into);
     }
     if (hits_.empty()) {
         if (direction.entered[sample] >= 0) deepen(sample, from, to, direction);

@@ -12,22 +12,19 @@
 //   in leaves where it entered. A sample that slides along a surface or cuts a corner leaves beside its entry or stays
 //   shallow.
 // * Open: a sample has passed through when the surfaces are apart again and it is on the other side.
-// A body may change its shape, and its frame moves on with it.
-// * Closed: where the surface passes over a sample, the winding number about the sample changes. The triangle nearest
-//   to the sample then counts as crossed.
-// * Open: a body has passed through when all of it is on the other side (sheet_sides.hpp).
-// Each body of a pair provides samples for the other. A passage counts once, at the tick of its first sample. The pair
-// can pass again only after all samples have been outside.
+// A body may change its shape. Its frame then follows the motion that fits its points best. Sample and triangle both
+// move in straight lines during the tick, and the exact sweeps of the triangles relative to the sample are the
+// crossings (signed_crossing.hpp). Spacing of samples and inner depth stay those of the first shape. Each body of a
+// pair provides samples for the other. A passage counts once, at the tick of its first sample. The pair can pass again
+// only after all samples have been outside.
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
 #include "geometry/box_pairs.hpp"
 #include "measure/ray_tree.hpp"
-#include "measure/sheet_sides.hpp"
 #include "measure/surface_distance.hpp"
 #include "scene/scene.hpp"
 
@@ -38,14 +35,10 @@ public:
     /// `first`: the frame that follow() goes on from. The scene outlives the object.
     PassageTruth(const Scene& scene, const Frame& first);
 
-    /// The side of an open sheet `into` on which all of `from` is; undecided where not all of it is on one.
-    using SideOf = std::function<Side(Index from, Index into)>;
-
     /// Call with every frame after a step, in order. Returns the number of passages completed since the last call; -1:
     /// the scene has no pair to examine. `reshaped`: per body, whether its shape in the scene (SceneBody::local) is
-    /// another one since the last call; empty: of none. `side_of`: of this frame; without it nothing more is examined
-    /// for passing through an open sheet once that is reshaped.
-    std::int64_t follow(const Frame& frame, std::span<const std::uint8_t> reshaped = {}, const SideOf& side_of = {});
+    /// another one since the last call; empty: of none.
+    std::int64_t follow(const Frame& frame, std::span<const std::uint8_t> reshaped = {});
 
 private:
     /// A point (1 - share) u + share v of a body's edge.
@@ -61,7 +54,9 @@ private:
         double half_width = 0.0;  ///< m, closed: largest depth of a point inside
         RayTree rays;
         SurfaceDistance distance;
-        Matrix3X normal;  ///< 3×(triangles of the body), unit outward, body frame; 0 without area
+        bool reshaped = false;  ///< since the frame before, whose shape is in shape_before_
+        DistanceTree swept;     ///< reshaped: of the boxes of both shapes
+        Matrix3X normal;        ///< 3×(triangles of the body), unit outward, body frame; 0 without area
     };
     /// Samples of one body in the frame of another.
     struct Direction {
@@ -75,7 +70,6 @@ private:
         std::vector<double> deepest;  ///< per sample, m: largest distance to the surface since entry
         bool up_to_date = false;      ///< `at` belongs to the frame before
         bool any_inside = false;
-        Side side = Side::right;  ///< open: where all of `from` was last, if side_of is given
     };
     struct Pair {
         Index a = -1;
@@ -93,9 +87,10 @@ private:
     [[nodiscard]] const BodyRange& range(Index body) const {
         return scene_->topology.bodies[static_cast<std::size_t>(body)];
     }
-    /// Neither an open sheet that has been reshaped nor known by its sides.
-    [[nodiscard]] bool is_followed(Index into) const;
+    /// Gives the target the body's shape in the scene at that jaw opening.
     void place_target(Index body, double jaw);
+    /// The same for a target that has a shape, which becomes the shape before.
+    void reshape_target(Index body, double jaw);
     /// Begins to follow a pair from the frame before. `apart`: its boxes did not overlap there.
     void begin(bool apart, Pair& pair);
     [[nodiscard]] double half_width_of(Index body) const;
@@ -103,9 +98,10 @@ private:
     void sample_places(const Direction& direction, const Matrix3X& position, const Pose& into, Matrix3X& at) const;
     /// True when a sample has passed through.
     bool follow(const Frame& frame, Direction& direction);
-    bool follow_side(Direction& direction) const;
-    bool follow_surface(Direction& direction);
     bool follow_sample(std::size_t sample, const Vector3& to, Direction& direction);
+    /// Crossings of one sample on its straight path, into hits_.
+    void cross_surface(const Vector3& from, const Vector3& to, Index into);
+    void cross_swept_surface(const Vector3& from, const Vector3& to, Index into);
     /// The sample at `here`, which was at `last` before, crosses the triangle. True when it has passed through.
     bool cross(std::size_t sample, Index triangle, int step, const Vector3& last, const Vector3& here,
                Direction& direction) const;
@@ -114,20 +110,17 @@ private:
     [[nodiscard]] bool surfaces_apart(const Frame& frame, const Direction& direction);
 
     const Scene* scene_;
-    Matrix3X shape_;  ///< 3×N, m, every vertex in its own body's frame
+    Matrix3X shape_;         ///< 3×N, m, every vertex in its own body's frame
+    Matrix3X shape_before_;  ///< the same on the frame before, of bodies that are reshaped
     std::vector<Target> targets_;
     std::vector<Pair> pairs_;
     Matrix3X before_;  ///< 3×N, m, world, of the frame before
     std::vector<Pose> pose_before_;
-    std::vector<double> first_jaw_;  ///< per body
-    std::vector<Box> box_before_;    ///< per body, world
+    std::vector<Box> box_before_;  ///< per body, world
     std::vector<Box> box_;
     Matrix3X next_;
     std::vector<Hit> hits_;
     bool moved_through_ = false;
-    std::vector<std::uint8_t> reshaped_;       ///< per body, in the current call
-    std::vector<std::uint8_t> ever_reshaped_;  ///< per body
-    const SideOf* side_of_ = nullptr;          ///< of the current call; null: not given
 };
 
 }  // namespace trocar

@@ -38,7 +38,7 @@ bool is_same_shape(const Matrix3X& local, const Matrix3X& now, const Pose& pose)
     return (moved - now).colwise().norm().maxCoeff() <= rigid_tolerance * size;
 }
 
-/// Bodies that move by poses, as PassageTruth wants them.
+/// Bodies that move by poses, which PassageTruth reads.
 Scene as_scene(const Topology& topology, const Frame& first) {
     Scene scene;
     scene.topology = topology;
@@ -64,7 +64,6 @@ struct FrameJudge::State {
     Scene scene;
     PassageTruth passages;
     std::vector<std::uint8_t> reshaped;  ///< per body, from the frame before to this one
-    bool asks_for_sides = false;         ///< passages through an open sheet may ask for its sides
 
     State(const Topology& bodies, const Frame& first, FrameStart start, bool look_for_self)
         : topology(&bodies),
@@ -79,7 +78,6 @@ struct FrameJudge::State {
             const bool closed_b = bodies.bodies[at(b)].closed;
             any_closed = any_closed || closed_a || closed_b;
             if (start == FrameStart::unknown && !(closed_a && closed_b)) sides_known = false;
-            asks_for_sides = asks_for_sides || (start == FrameStart::clean && !(closed_a && closed_b));
         }
     }
 
@@ -104,19 +102,17 @@ struct FrameJudge::State {
         Frame posed;
         posed.position = frame.position;
         posed.pose = poses(frame);
-        PassageTruth::SideOf side_of;
-        if (asks_for_sides) side_of = [this](Index from, Index into) { return depth.side_of(from, into); };
-        return passages.follow(posed, reshaped, side_of);
+        return passages.follow(posed, reshaped);
     }
 
-    /// Pairs, self-intersections, and passages unless they ask for sides: what does not need the depths.
+    /// Pairs, passages and self-intersections, none of which needs the depths.
     void judge_surfaces(const Frame& frame, FrameFigures& figures) {
         if (!topology->body_pairs.empty()) {
             std::vector<TrianglePair> pairs;
             true_pairs(*topology, frame, pairs);
             figures.row.true_pairs = static_cast<std::int64_t>(pairs.size());
             figures.row.true_touch = static_cast<std::int64_t>(touching_pairs(*topology, frame, pairs).size());
-            if (!asks_for_sides) figures.row.passed_through = follow_passages(frame);
+            figures.row.passed_through = follow_passages(frame);
         }
         if (!self) return;
         figures.self_intersections = 0;
@@ -171,7 +167,6 @@ FrameFigures FrameJudge::judge(const Frame& frame) {
     figures.row.true_touch = surfaces.row.true_touch;
     figures.row.passed_through = surfaces.row.passed_through;
     if (state.topology->body_pairs.empty()) return figures;
-    if (state.asks_for_sides) figures.row.passed_through = state.follow_passages(frame);
     add_depth(left, figures.row);
     if (state.sides_known) return figures;
     figures.row.wrong_side = -1;

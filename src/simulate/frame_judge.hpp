@@ -38,8 +38,8 @@ public:
     FrameJudge(FrameJudge&&) = delete;
     FrameJudge& operator=(FrameJudge&&) = delete;
 
-    /// Call with every frame, in order. A body has kept its shape when its points are where its best motion takes them,
-    /// up to 1e-5 of its size. A frame that is not finite gives unset figures.
+    /// Call with every frame, in order. A body whose points are where its best rigid motion takes them, up to 1e-5 of
+    /// its size, has kept its shape (passage.hpp). A frame that is not finite gives unset figures.
     FrameFigures judge(const Frame& frame);
 
     /// Depths on the frame judged last.

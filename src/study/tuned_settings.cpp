@@ -93,7 +93,7 @@ void resolve_tuned(Json& study, const std::string& study_file) {
             if (is_better) entry["setting"] = "tuned";
             entry["basis"] = (is_better ? "" : "nothing better was found by ") + tuned->search;
             if (!items[i].has("searched_with")) continue;
-            entry["basis"] = fmt::format("{}, moved by `{}`", entry["basis"].get<std::string>(), stepper);
+            entry["basis"] = fmt::format("{}, searched with the stepper `{}`", entry["basis"].get<std::string>(), stepper);
             entry.erase("searched_with");
         }
     }

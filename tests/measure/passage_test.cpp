@@ -135,6 +135,23 @@ TEST(PassageTruth, TheRimOfASheetThroughABarCountsBetweenTwoOfItsVertices) {
     }
 }
 
+TEST(PassageTruth, AStripOfLongEdgesThroughASmallSheetCountsWhereverTheSheetHasItsOrigin) {
+    // The strip of 2 mm passes between the vertices of the sheet, whose edges of 5 mm say how close samples of the
+    // strip's edges of 60 mm have to be.
+    for (const double away : {0.0, 0.9}) {
+        const Scene scene = test::scene_from_text(fmt::format(
+            R"({{"format":"trocar-scene-2","name":"strip","unit":"m","dt":0.001,"ticks":205,"seed":1,"bodies":[
+          {{"name":"sheet","kind":"rigid","closed":false,"pose":[{0},0,0,0,0,0],
+            "parts":[{{"shape":"sheet","size":[0.02,0.02],"edge":0.005,"pose":[-{0},0,0,0,0,0]}}]}},
+          {{"name":"tool","kind":"instrument","closed":false,
+            "parts":[{{"shape":"sheet","size":[0.06,0.002],"edge":0.06}}],
+            "motion":{{"drive":"prescribed","keys":[{{"time":0,"pose":[0.0003,0.0026,0.003,0,0,0]}},
+                                                {{"time":0.2,"pose":[0.0003,0.0026,-0.003,0,0,0]}}]}}}}]}})",
+            away));
+        EXPECT_EQ(passages_of(scene), 1) << away;
+    }
+}
+
 TEST(PassageTruth, AnOpenSheetIsPassedOnlyWhenTheToolIsWhollyBehindIt) {
     const auto scene = [](double lowest) {
         return driven(R"({"name":"sheet","kind":"rigid","closed":false,

@@ -241,7 +241,11 @@ TEST(Simulation, ReplayAnswersLikeTheLoopThatMadeTheFrames) {
     // One bad frame is that frame's outcome; the next one is answered again.
     Frame bad = frame;
     bad.position(1, 3) = std::nan("");
-    EXPECT_EQ(replay.replay(bad).outcome, OutcomeKind::not_finite);
+    ASSERT_FALSE(replay.contacts().pairs.empty());
+    const StepRow failed = replay.replay(bad);
+    EXPECT_EQ(failed.outcome, OutcomeKind::not_finite);
+    EXPECT_EQ(failed.pairs, 0);
+    EXPECT_TRUE(replay.contacts().pairs.empty()) << "pairs of the frame before are no answer to this one";
     EXPECT_EQ(replay.replay(frame).outcome, OutcomeKind::ok);
 }
 

@@ -419,7 +419,7 @@ TEST_F(StudyFile, TunedResponsesComeFromTheFileOfTheSearchByMethodAndStepper) {
             .responses[0];
     EXPECT_EQ(moved.text, "penalty:k=9");
     EXPECT_EQ(moved.only.at("steppers"), (std::vector<std::string>{"implicit:steps=4", "xpbd"}));
-    test::expect_holds(moved.basis, {"search t of seed 1", "moved by `implicit`"});
+    test::expect_holds(moved.basis, {"search t of seed 1", "searched with the stepper `implicit`"});
     expect_complaint(study_with(R"({"tuned":"penalty","searched_with":"xpbd"})"), "with the stepper xpbd");
 }
 
