@@ -152,6 +152,34 @@ TEST(PassageTruth, AStripOfLongEdgesThroughASmallSheetCountsWhereverTheSheetHasI
     }
 }
 
+TEST(PassageTruth, AJawThatClosesThroughANeedleAndOpensAgainCountsTwice) {
+    // The jaws turn about the x axis, and close onto half cylinders of 2 mm along z. A needle of 0.4 mm along x is
+    // between them when they are open, 2.3 mm beside their axis, and outside when they are closed.
+    const auto scene = [](double y, double closed, double time) {
+        const auto key = [](double at, double jaw) {
+            return fmt::format(R"({{"time":{},"pose":[0,0,0,0,0,0],"jaw":{}}})", at, jaw);
+        };
+        const std::string keys =
+            key(0, 1) + "," + key(time, closed) + "," + key(time + 0.1, closed) + "," + key(2.0 * time + 0.1, 1);
+        return test::scene_from_text(fmt::format(
+            R"({{"format":"trocar-scene-2","name":"jaws","unit":"m","dt":0.001,"ticks":{},"seed":1,"bodies":[
+          {{"name":"needle","kind":"rigid","closed":true,"pose":[0.0003,{},0.0104,0,0,0],
+            "parts":[{{"shape":"box","size":[0.02,0.0004,0.0004],"edge":0.002}}]}},
+          {{"name":"tool","kind":"instrument","closed":true,"hinge":{{"point":[0,0,0],"axis":[1,0,0],"angle":36}},
+            "parts":[{{"shape":"jaw","radius":0.002,"length":0.014,"edge":0.002,"jaw":"right"}},
+                     {{"shape":"jaw","radius":0.002,"length":0.014,"edge":0.002,"pose":[0,0,0,0,0,180],"jaw":"left"}}],
+            "motion":{{"drive":"prescribed","keys":[{}]}}}}]}})",
+            std::lround(1000.0 * (2.0 * time + 0.1)) + 5, y, keys));
+    };
+    for (const double side : {-1.0, 1.0}) {
+        for (const double time : {0.001, 0.15}) {
+            EXPECT_EQ(passages_of(scene(side * 0.0023, 0.0, time)), 2) << side << " " << time;
+            EXPECT_EQ(passages_of(scene(side * 0.0023, 0.95, time)), 0) << "hardly moved";
+            EXPECT_EQ(passages_of(scene(side * 0.03, 0.0, time)), 0) << "far away";
+        }
+    }
+}
+
 TEST(PassageTruth, AnOpenSheetIsPassedOnlyWhenTheToolIsWhollyBehindIt) {
     const auto scene = [](double lowest) {
         return driven(R"({"name":"sheet","kind":"rigid","closed":false,
