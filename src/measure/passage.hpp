@@ -13,10 +13,10 @@
 //   shallow.
 // * Open: a sample has passed through when the surfaces are apart again and it is on the other side.
 // A body may change its shape. Its frame then follows the motion that fits its points best. Sample and triangle both
-// move in straight lines during the tick, and the exact sweeps of the triangles relative to the sample are the
-// crossings (signed_crossing.hpp). Spacing of samples and inner depth stay those of the first shape. Each body of a
-// pair provides samples for the other. A passage counts once, at the tick of its first sample. The pair can pass again
-// only after all samples have been outside.
+// move in straight lines during the tick. The exact sweeps of the triangles relative to the sample are the crossings
+// (signed_crossing.hpp). Spacing of samples and inner depth stay those of the first shape.
+// Each body of a pair provides samples for the other. A passage counts once, at the tick of its first sample. The pair
+// can pass again only after all samples have been outside.
 #pragma once
 
 #include <cstdint>
