@@ -257,6 +257,7 @@ void judge_frames(const JudgeOptions& options, FrameSource& frames, ViewPage* pa
         if (!fields) continue;
         fields->fill(frame, played);
         played.row = figures.row;
+        played.row.contacts_offered = -1;  // not known
         capture->see(played);
         if (is_worst) judged.worst = played;
     }

@@ -45,7 +45,7 @@ struct ViewedRun {
     std::vector<ViewedFrame> frames;     ///< ascending ticks
     std::vector<Vector3> force;          ///< N, on the tool, every tick; NaN: none
     std::vector<double> depth;           ///< m, residual penetration after every tick; NaN: none
-    std::vector<std::int64_t> contacts;  ///< number offered by the contact generator, every tick; -1: not judged
+    std::vector<std::int64_t> contacts;  ///< number offered by the contact generator, every tick; -1: not known
     LargestValue worst_depth;            ///< m, over every tick
     LargestValue worst_force;            ///< N, likewise
     double depth_max = 0.0;              ///< m, of a tissue vertex, over every tick
