@@ -66,11 +66,11 @@ struct DetectorEntry {
     std::string library = "trocar";  ///< name of the library, e.g. "FCL"
     std::string version = {};
     std::string configuration = {};  ///< build facts asserted at start-up (precision, SIMD …), printed in the report
-    bool own = false;              ///< implemented in trocar, not in a third-party library
-    bool claims_exact = false;     ///< pair sets must equal those of the exact reference
-    bool native_contacts = false;  ///< fills ContactSet::native
-    bool query_distance = false;   ///< finds pairs within a query distance; false: > 0 is unsupported
-    bool control = false;          ///< control for validation (CONTACT §5), not a method; never ranked
+    bool own = false;                ///< implemented in trocar, not in a third-party library
+    bool claims_exact = false;       ///< pair sets must equal those of the exact reference
+    bool native_contacts = false;    ///< fills ContactSet::native
+    bool query_distance = false;     ///< finds pairs within a query distance; false: > 0 is unsupported
+    bool control = false;            ///< control for validation (CONTACT §5), not a method; never ranked
     std::vector<Parameter> parameters = {};
     std::function<std::unique_ptr<Detector>(const ParameterValues&)> make = {};
 };
