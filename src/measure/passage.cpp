@@ -105,7 +105,7 @@ void PassageTruth::place_target(Index body, double jaw) {
     pose.jaw = jaw;
     place_body(scene_->bodies[at(body)], own.vertices, pose, shape_);
     const bool placed = target.normal.cols() > 0;
-    const bool is_other_tool = !placed || target.jaw != jaw;
+    const bool is_first_or_jaw_moved = !placed || target.jaw != jaw;
     target.jaw = jaw;
     target.box = box_of(shape_, own.vertices);
     // Another shape leaves the order of the trees as it is.
@@ -132,8 +132,8 @@ void PassageTruth::place_target(Index body, double jaw) {
     }
     target.thickness = own.closed && six_volumes > 0.0 ? six_volumes / (3.0 * twice_area)
                                                        : edges / (3.0 * static_cast<double>(own.triangles.count));
-    // That of the first shape is kept: it takes as long to find as a whole frame of `trocar judge`.
-    if (is_other_tool) target.half_width = own.closed ? half_width_of(body) : 0.0;
+    // A deforming body keeps that of its first shape, which takes as long to find as a frame of `trocar judge`.
+    if (is_first_or_jaw_moved) target.half_width = own.closed ? half_width_of(body) : 0.0;
 }
 
 /// From the middle of a triangle straight inwards, half-way to the other side, is about where a body is deepest.
