@@ -1,4 +1,5 @@
-// Box tree over triangles for the nearest ones to a point, for truth and for the reference solver. No method uses it.
+// Box tree over triangles for those nearest to a point or overlapping a box, for truth and for the reference solver. No
+// method uses it.
 #pragma once
 
 #include <algorithm>
@@ -27,20 +28,21 @@ public:
         visit([&p](const Box& box) { return box.squared_distance(p); }, act);
     }
 
+    /// The same for the distance of a triangle to the farther one of p and q.
+    template <typename Act>
+    void visit_near_both(const Vector3& p, const Vector3& q, const Act& act) const {
+        visit([&p, &q](const Box& box) { return std::max(box.squared_distance(p), box.squared_distance(q)); }, act);
+    }
+
     /// Calls act(triangle) for every triangle whose box overlaps `box`, and for some others.
     template <typename Act>
     void visit_overlapping(const Box& box, const Act& act) const {
+        // A box apart is farther than any triangle that act has seen.
         visit([&box](const Box& node) { return node.overlaps(box) ? 0.0 : 1.0; },
               [&act](Index triangle) {
                   act(triangle);
                   return 1.0;
               });
-    }
-
-    /// The same as visit_near for the distance of a triangle to the farther one of p and q.
-    template <typename Act>
-    void visit_near_both(const Vector3& p, const Vector3& q, const Act& act) const {
-        visit([&p, &q](const Box& box) { return std::max(box.squared_distance(p), box.squared_distance(q)); }, act);
     }
 
 private:

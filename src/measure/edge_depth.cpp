@@ -45,7 +45,7 @@ struct DeepestPoint {
 
     [[nodiscard]] bool inside(double path) const { return rays.crossings(triangles, position, at(path)) != 0; }
 
-    /// Branch and bound: halves the part between two parameters, up to `times` times, while its bound is larger.
+    /// Branch and bound: halves the part between two parameters while its bound is larger, at most `times` times.
     void search(double first, double last, int times) {
         constexpr double rounding = 1e-9;  // of a depth: a part that is equally deep everywhere ends here
         const double deeper = depth * (1.0 + rounding);

@@ -16,6 +16,22 @@ double squared_distance_to_segment(const Vector3& a, const Vector3& b, const Vec
     return (p - (a + t * along)).squaredNorm();
 }
 
+/// The least of the squared distances (m²) taken so far. The search ends once one is within `enough` (m).
+class NearestSearch {
+public:
+    explicit NearestSearch(double enough) : squared_enough_(enough * enough) {}
+    /// What the tree prunes by.
+    double take(double squared) {
+        least_ = std::min(least_, squared);
+        return least_ <= squared_enough_ ? 0.0 : least_;  // no box is nearer than 0
+    }
+    [[nodiscard]] double distance() const { return std::sqrt(least_); }
+
+private:
+    double squared_enough_;
+    double least_ = std::numeric_limits<double>::infinity();
+};
+
 }  // namespace
 
 double squared_distance_to_triangle(const Vector3& a, const Vector3& b, const Vector3& c, const Vector3& p) {
@@ -33,28 +49,23 @@ double squared_distance_to_triangle(const Vector3& a, const Vector3& b, const Ve
 
 double SurfaceDistance::distance(const Triangles& triangles, const Matrix3X& position, const Vector3& p,
                                  double enough) const {
-    const double squared_enough = enough * enough;
-    double least = std::numeric_limits<double>::infinity();
+    NearestSearch nearest(enough);
     visit_near(p, [&](Index t) {
         const Corners c = corners_of(triangles, position, t);
-        least = std::min(least, squared_distance_to_triangle(c[0], c[1], c[2], p));
-        return least <= squared_enough ? 0.0 : least;  // no box is nearer than 0
+        return nearest.take(squared_distance_to_triangle(c[0], c[1], c[2], p));
     });
-    return std::sqrt(least);
+    return nearest.distance();
 }
 
 double SurfaceDistance::bound_along(const Triangles& triangles, const Matrix3X& position, const Vector3& p,
                                     const Vector3& q, double enough) const {
-    const double squared_enough = enough * enough;
-    double least = std::numeric_limits<double>::infinity();
+    NearestSearch nearest(enough);
     visit_near_both(p, q, [&](Index t) {
         const Corners c = corners_of(triangles, position, t);
-        const double farther = std::max(squared_distance_to_triangle(c[0], c[1], c[2], p),
-                                        squared_distance_to_triangle(c[0], c[1], c[2], q));
-        least = std::min(least, farther);
-        return least <= squared_enough ? 0.0 : least;  // no box is nearer than 0
+        return nearest.take(std::max(squared_distance_to_triangle(c[0], c[1], c[2], p),
+                                     squared_distance_to_triangle(c[0], c[1], c[2], q)));
     });
-    return std::sqrt(least);
+    return nearest.distance();
 }
 
 }  // namespace trocar

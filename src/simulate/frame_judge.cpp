@@ -98,13 +98,6 @@ struct FrameJudge::State {
         return all;
     }
 
-    [[nodiscard]] std::int64_t follow_passages(const Frame& frame) {
-        Frame posed;
-        posed.position = frame.position;
-        posed.pose = poses(frame);
-        return passages.follow(posed, reshaped);
-    }
-
     /// Pairs, passages and self-intersections, none of which needs the depths.
     void judge_surfaces(const Frame& frame, FrameFigures& figures) {
         if (!topology->body_pairs.empty()) {
@@ -112,7 +105,10 @@ struct FrameJudge::State {
             true_pairs(*topology, frame, pairs);
             figures.row.true_pairs = static_cast<std::int64_t>(pairs.size());
             figures.row.true_touch = static_cast<std::int64_t>(touching_pairs(*topology, frame, pairs).size());
-            figures.row.passed_through = follow_passages(frame);
+            Frame posed;
+            posed.position = frame.position;
+            posed.pose = poses(frame);
+            figures.row.passed_through = passages.follow(posed, reshaped);
         }
         if (!self) return;
         figures.self_intersections = 0;

@@ -91,9 +91,9 @@ void resolve_tuned(Json& study, const std::string& study_file) {
             entry["method"] = found->second.setting;
             if (!items[i].has("contacts")) entry["contacts"] = {found->second.contacts};
             if (is_better) entry["setting"] = "tuned";
-            entry["basis"] = (is_better ? "" : "nothing better was found by ") + tuned->search;
-            if (!items[i].has("searched_with")) continue;
-            entry["basis"] = fmt::format("{}, searched with the stepper `{}`", entry["basis"].get<std::string>(), stepper);
+            std::string basis = (is_better ? "" : "nothing better was found by ") + tuned->search;
+            if (items[i].has("searched_with")) basis += fmt::format(", searched with the stepper `{}`", stepper);
+            entry["basis"] = basis;
             entry.erase("searched_with");
         }
     }

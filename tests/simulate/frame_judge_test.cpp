@@ -1,5 +1,5 @@
-// Passages on frames whose bodies change their shape. What each motion is follows from how it is made; the bodies
-// wobble and turn all the while.
+// Passages on frames whose bodies change their shape. The courses say how many there are, whatever the bodies do
+// besides: they wobble and turn all the while.
 #include "simulate/frame_judge.hpp"
 
 #include <gtest/gtest.h>
@@ -19,7 +19,7 @@ namespace {
 using test::make_world;
 using test::Shape;
 
-/// How the frames are made of what moves.
+/// Motion of both bodies besides their course.
 struct Manner {
     std::string name;
     double wobble;  ///< change of shape as a part of the size
@@ -29,7 +29,7 @@ struct Manner {
 const std::vector<Manner> manners{
     {"stiff", 0.0, 0.0}, {"stiff, turning", 0.0, 0.3}, {"soft", 0.12, 0.0}, {"soft, turning", 0.12, 0.3}};
 
-/// Stretches along x and y, and bends along z; 0 in the first frame.
+/// Stretches along x and y, and bends along z.
 Vector3 wobbled(const Vector3& p, double wobble, double size, int frame) {
     const double stretch = 1.0 + wobble * std::sin(0.7 * frame);
     const double bend = wobble * std::sin(0.4 * frame) / size;
