@@ -128,8 +128,7 @@ public:
             Tree& tree_b = *trees_[static_cast<std::size_t>(b)];
             tree_a.tree.collideTTpersistentStack(tree_a.tree.m_root, tree_b.tree.m_root, test);
         }
-        contacts.sort_pairs();
-        contacts.sort_near();
+        contacts.sort();
     }
 
 private:

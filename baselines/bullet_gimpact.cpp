@@ -128,7 +128,7 @@ public:
                                           range_b.first + candidates_[i].m_index2, contacts);
             }
         }
-        contacts.sort_pairs();
+        contacts.sort();
     }
 
 private:

@@ -109,7 +109,7 @@ public:
             contacts.work.box_tests += static_cast<std::int64_t>(candidates_.size());
             for (const auto& [first, second] : candidates_) test(frame, first, second, contacts);
         }
-        contacts.sort_pairs();
+        contacts.sort();
         if (out_of_memory_) contacts.outcome = {OutcomeKind::threw, "libccd ran out of memory"};
     }
 

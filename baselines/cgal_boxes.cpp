@@ -57,8 +57,7 @@ public:
             auto& boxes_b = boxes_[static_cast<std::size_t>(b)];
             CGAL::box_intersection_d(boxes_a.begin(), boxes_a.end(), boxes_b.begin(), boxes_b.end(), test, cutoff_);
         }
-        contacts.sort_pairs();
-        contacts.sort_near();
+        contacts.sort();
     }
 
 private:

@@ -227,8 +227,7 @@ public:
             Query query{&body_a, &body_b, &contacts};
             rtcCollide(body_a.scene, body_b.scene, on_collisions, &query);
         }
-        contacts.sort_pairs();
-        contacts.sort_near();
+        contacts.sort();
         if (const RTCError error = rtcGetDeviceError(device_); error != RTC_ERROR_NONE) {
             contacts.clear();
             contacts.outcome = {OutcomeKind::threw, fmt::format("Embree reported error {}", static_cast<int>(error))};

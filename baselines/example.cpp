@@ -43,7 +43,7 @@ public:
                 if (triangles_intersect(corners(frame, a), corners(frame, b))) contacts.pairs.push_back({a, b});
             }
         }
-        contacts.sort_pairs();  // sorted by (a, b), a < b, each pair once
+        contacts.sort();  // sorted by (a, b), a < b, each pair once
     }
 
 private:

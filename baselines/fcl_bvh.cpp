@@ -203,8 +203,7 @@ private:
                 contacts.native.push_back(contact);
             }
         }
-        contacts.sort_pairs();
-        contacts.sort_near();
+        contacts.sort();
     }
 
     Settings settings_;

@@ -153,7 +153,7 @@ private:
                                           .time = found.collision_time});
             }
         }
-        contacts.sort_pairs();
+        contacts.sort();
         // Only what begins within the tick counts.
         const auto less = [](const TrianglePair& x, const TrianglePair& y) {
             return x.a != y.a ? x.a < y.a : x.b < y.b;
@@ -271,7 +271,7 @@ private:
             const double time = first_contact(first, second);
             if (time >= 0.0) contacts.swept.push_back({.body_a = a, .body_b = b, .time = time});
         }
-        contacts.sort_pairs();
+        contacts.sort();
     }
 
     /// Part of the tick at which two bodies apart at its start meet; negative: they do not.

@@ -256,10 +256,8 @@ private:
 
     /// Vertices of a tissue's point, with their shares; at most three.
     std::size_t nodes_of(const ContactPoint& load, std::array<std::pair<Index, double>, 3>& nodes) const {
-        const auto heaviest =
-            static_cast<std::size_t>(std::max_element(load.weights.begin(), load.weights.end()) - load.weights.begin());
         if (!settings_.penalty) {
-            nodes[0] = {load.vertices[heaviest], 1.0};
+            nodes[0] = {load.heaviest(), 1.0};
             return 1;
         }
         std::size_t count = 0;

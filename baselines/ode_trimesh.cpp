@@ -164,7 +164,7 @@ public:
             contacts.outcome = {OutcomeKind::threw, failure_};
             failure_.clear();
         }
-        contacts.sort_pairs();
+        contacts.sort();
     }
 
 private:

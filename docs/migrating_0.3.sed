@@ -21,12 +21,12 @@ s/\bhand_motion\b/operator_motion/g
 s/\bis_within_reach\b/is_within_query_distance/g
 s/\bcheck_no_reach\b/check_no_query_distance/g
 s/\bsquared_reach\b/squared_query_distance/g
-s/\breach_margin\b/query_distance_margin/g
 s/\bwants_reach\b/wants_query_distance/g
 s/\bwithin_reach\b/within_query_distance/g
 s/\btakes_linear_contacts\b/takes_contact_force_laws/g
 s/\btakes_placements\b/takes_position_corrections/g
 s/\bplacements\b/position_corrections/g
+s/\bsort_(pairs|near)\(\)/sort()/g
 s/\bwhy_untold\b/why_unreported/g
 s/\bmissing_touch\b/false_negatives_touch/g
 s/\bmissing_swept\b/swept_false_negatives/g
@@ -55,6 +55,5 @@ s/--contacts canonical\b/--contacts intersection/g
 s/--contacts near\b/--contacts proximity/g
 s/--contacts tracked\b/--contacts tracked_proximity/g
 s/--stepper regional\b/--stepper adaptive_multires/g
-s/--reach-margin\b/--query-distance-margin/g
 # Files: formats and keys
 s/"trocar-scene-1"/"trocar-scene-2"/g

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "geometry/input_error.hpp"
 #include "report/board.hpp"
 #include "report/report.hpp"
@@ -25,7 +26,7 @@ int board(const CommonOptions& common, const BoardOptions& options) {
     write_report_files(options.output, files);
     const std::string page = (options.output / "index.html").string();
     if (common.json) {
-        fmt::print("{}\n", nlohmann::ordered_json{{"page", page}, {"sources", sources.size()}}.dump());
+        print_json_line(nlohmann::ordered_json{{"page", page}, {"sources", sources.size()}});
     } else {
         fmt::print("Board: {}\n", page);
     }

@@ -15,6 +15,7 @@
 
 #include "app/commands.hpp"
 #include "app/detector_answers.hpp"
+#include "app/json_values.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_text.hpp"
@@ -61,63 +62,15 @@ Mesh posed_mesh(const std::filesystem::path& file, const std::string& letter, co
     return mesh;
 }
 
-/// The pair of meshes as the one frame that detectors are asked about.
-struct DetectVerdict {
-    std::vector<DetectorAnswer> answers;
-    std::optional<TickTruth> truth;
-};
-
-/// What there is to say of the one frame; nothing of a detector that gave no answer.
-FrameAnswer only_frame(const DetectorAnswer& answer) {
-    return answer.frames.empty() ? FrameAnswer{} : answer.frames.front();
-}
-
-void print_json(const DetectVerdict& verdict) {
-    fmt::memory_buffer text;
-    const auto out = std::back_inserter(text);
-    fmt::format_to(out, "{{\"detectors\":[");
-    for (const DetectorAnswer& answer : verdict.answers) {
-        fmt::format_to(out, "{}{{\"name\":{},\"outcome\":\"{}\",\"message\":{},",
-                       &answer == verdict.answers.data() ? "" : ",", quoted_json(answer.name),
-                       name_of(answer.outcome.kind), quoted_json(answer.outcome.message));
-        append_json(only_frame(answer), text);
-        fmt::format_to(out, "}}");
-    }
-    fmt::format_to(out, "],\"truth\":{}}}\n",
-                   verdict.truth ? fmt::format("{}", verdict.truth->pairs.size()) : std::string("null"));
-    std::fwrite(text.data(), 1, text.size(), stdout);
-}
+using Json = nlohmann::ordered_json;
 
 std::string milliseconds(std::int64_t ns) {
     return ns < 0 ? "-" : fmt::format("{:.3f}", static_cast<double>(ns) * 1e-6);
 }
 
-void print_table(const DetectVerdict& verdict) {
-    constexpr const char* row = "{:<24} {:<12} {:>9} {:>7} {:>8} {:>7} {:>10} {:>10}  {}\n";
-    fmt::print(fmt::runtime(row), "detector", "outcome", "pairs", "touch", "FN", "FP", "update ms", "detect ms",
-               "message");
-    if (verdict.truth) {
-        fmt::print(fmt::runtime(row), "exact oracle", "ok", verdict.truth->pairs.size(), verdict.truth->touch.size(),
-                   "-", "-", "-", "-", "truth");
-    }
-    for (const DetectorAnswer& answer : verdict.answers) {
-        const FrameAnswer frame = only_frame(answer);
-        const auto count = [](bool known, auto number) { return known ? std::to_string(number) : std::string("-"); };
-        const bool ok = answer.outcome.ok();
-        const bool judged = frame.errors.has_value();
-        const PairErrors errors = frame.errors.value_or(PairErrors{});
-        fmt::print(fmt::runtime(row), answer.name, name_of(answer.outcome.kind), count(ok, frame.pairs.size()),
-                   count(ok, frame.touch.size()), count(judged, errors.false_negatives),
-                   count(judged, errors.false_positives), ok ? milliseconds(frame.update_ns) : "-",
-                   ok ? milliseconds(frame.detect_ns) : "-", answer.outcome.message);
-    }
-    fmt::print("Times are those of one tick after prepare; a study measures many.\n");
-}
-
 /// One line "i j" per pair, then a summary in comment lines.
-void print_pairs(const DetectVerdict& verdict) {
-    const DetectorAnswer& answer = verdict.answers.front();
-    const FrameAnswer frame = only_frame(answer);
+void print_pairs(const DetectorAnswer& answer, const std::optional<TickTruth>& truth) {
+    const FrameAnswer frame = answer.frames.empty() ? FrameAnswer{} : answer.frames.front();
     fmt::memory_buffer text;
     for (std::size_t k = 0; k < frame.pairs.size(); ++k) {
         const bool touches = std::binary_search(frame.touch.begin(), frame.touch.end(), static_cast<Index>(k));
@@ -132,7 +85,7 @@ void print_pairs(const DetectVerdict& verdict) {
     }
     if (frame.truncated) fmt::print("# {}\n", answer.outcome.message);
     if (frame.errors) {
-        fmt::print("# exact oracle: {} pairs, {} false negatives, {} false positives\n", verdict.truth->pairs.size(),
+        fmt::print("# exact oracle: {} pairs, {} false negatives, {} false positives\n", truth->pairs.size(),
                    frame.errors->false_negatives, frame.errors->false_positives);
     }
 }
@@ -158,29 +111,39 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
 
     const Topology& topology = question.topology;
     const AskedFrames frames{topology, 1, [&question](std::int64_t, Frame& frame) { frame = question.frame; }};
-    DetectVerdict verdict;
-    for (const MethodSpec& method : methods) verdict.answers.push_back(ask(method, frames, options.time_limit_s));
-    if (all || options.truth) verdict.truth = truth_of(topology, question.frame);
+    std::vector<DetectorAnswer> answers;
+    for (const MethodSpec& method : methods) answers.push_back(ask(method, frames, options.time_limit_s));
+    const bool judged = all || options.truth;
+    Truths truths(1);
+    if (judged) truths.front() = truth_of(topology, question.frame);
     const Index first_of_b = topology.bodies[1].triangles.first;
     const auto number_in_file = [first_of_b](Index triangle) {
         return triangle < first_of_b ? triangle : triangle - first_of_b;
     };
-    for (DetectorAnswer& answer : verdict.answers) {
+    for (DetectorAnswer& answer : answers) {
         if (answer.frames.empty()) continue;
         FrameAnswer& frame = answer.frames.front();
-        judge(topology, question.frame, verdict.truth ? &*verdict.truth : nullptr, number_in_file, frame);
+        judge(topology, question.frame, judged ? &*truths.front() : nullptr, number_in_file, frame);
         answer.outcome = frame.outcome;
         if (frame.truncated && answer.outcome.message.empty()) {
             answer.outcome.message = "truncated: a limit cut the list of pairs";
         }
     }
-    const int status = conclude(all, verdict.answers);
+    const int status = conclude(all, answers);
     if (common.json) {
-        print_json(verdict);
+        Json detectors = Json::array();
+        for (const DetectorAnswer& answer : answers) {
+            Json one{
+                {"name", answer.name}, {"outcome", name_of(answer.outcome.kind)}, {"message", answer.outcome.message}};
+            one.update(answer_json(answer.frames.empty() ? FrameAnswer{} : answer.frames.front()));
+            detectors.push_back(std::move(one));
+        }
+        const Json truth = judged ? Json(truths.front()->pairs.size()) : Json(nullptr);
+        print_json_line(Json{{"detectors", std::move(detectors)}, {"truth", truth}});
     } else if (all) {
-        print_table(verdict);
+        print_answers(answers, &truths);
     } else {
-        print_pairs(verdict);
+        print_pairs(answers.front(), truths.front());
     }
     return status;
 }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "export/exporter.hpp"
 #include "geometry/whole_file.hpp"
 #include "scene/judged_scenes.hpp"
@@ -24,7 +25,7 @@ int draw(const CommonOptions& common, const DrawOptions& options) {
     }
     folder.keep();
     if (common.json) {
-        fmt::print("{}\n", nlohmann::ordered_json{{"seed", options.seed}, {"scenes", list}}.dump());
+        print_json_line(nlohmann::ordered_json{{"seed", options.seed}, {"scenes", list}});
     } else {
         fmt::print("{} scenes in {}\n", scenes.size(), options.folder.string());
     }

@@ -45,10 +45,6 @@ std::string three_in_mm(const Json& metres) {
                        metres[2].get<double>() * 1e3);
 }
 
-/// In the order of ContactCase.
-constexpr std::array case_names{"not given", "a_enters_b", "b_enters_a", "edges_cross", "touch",
-                                "coplanar",  "degenerate", "point_face", "edge_edge"};
-
 /// Triangles and vertices as a person knows them: body and number in the body's own file.
 class Names {
 public:
@@ -178,14 +174,16 @@ std::vector<TrianglePair> pairs_meant(const Scene& scene, const Names& names, co
 }
 
 Json contact_json(const Contact& contact, const Names& names) {
-    return {{"case", case_names.at(static_cast<std::size_t>(contact.kind))},
-            {"point", json_vector(contact.point)},
-            {"normal", json_vector(contact.normal)},
-            {"depth", json_number(contact.depth)},
-            {"interval_length", json_number(contact.interval_length)},
-            {"interval_direction", json_vector(contact.interval_direction)},
-            {"vertex_a", names.vertex_json(contact.vertex_a)},
-            {"vertex_b", names.vertex_json(contact.vertex_b)}};
+    return {
+        {"case", contact.kind == ContactCase::unset ? "not given"
+                                                    : contact_case_words.at(static_cast<std::size_t>(contact.kind))},
+        {"point", json_vector(contact.point)},
+        {"normal", json_vector(contact.normal)},
+        {"depth", json_number(contact.depth)},
+        {"interval_length", json_number(contact.interval_length)},
+        {"interval_direction", json_vector(contact.interval_direction)},
+        {"vertex_a", names.vertex_json(contact.vertex_a)},
+        {"vertex_b", names.vertex_json(contact.vertex_b)}};
 }
 
 void print_contact(const char* label, const Json& contact) {
@@ -318,9 +316,7 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
         }
     }
     const Frame& frame = simulation.seen();
-    std::vector<TrianglePair> truth;
-    true_pairs(scene.topology, frame, truth);
-    const std::vector<Index> touches = touching_pairs(scene.topology, frame, truth);
+    const auto [truth, touches] = truth_of(scene.topology, frame);
     const std::vector<ExplainedAnswer> answers = ask_all(scene.topology, frame, truth);
     Json examined = Json::array();
     for (const TrianglePair pair : wanted) {
@@ -345,7 +341,7 @@ int explain(const CommonOptions& common, const ExplainOptions& options) {
                             {"truth", {{"pairs", pairs_json(truth, names)}, {"touches", touches}}},
                             {"detectors", detectors},
                             {"examined", examined}};
-        fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+        print_json_line(document);
         return done;
     }
     fmt::print("scene {} at tick {} ({:g} s), driven there by {} + {}\n", scene.name, frame.tick, frame.time,

@@ -6,6 +6,7 @@
 #include <set>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "export/exporter.hpp"
 #include "geometry/input_error.hpp"
 #include "playback/playback.hpp"
@@ -141,7 +142,7 @@ int export_frames(const CommonOptions& common, const ExportOptions& options) {
         document["detector"] = written.is_run ? Json(record.spec.detector) : Json(nullptr);
         document["response"] = written.is_run ? Json(record.spec.response) : Json(nullptr);
         document["state_hash"] = written.is_run ? Json(record.state_hash) : Json(nullptr);
-        fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+        print_json_line(document);
     } else {
         fmt::print("{}: {} ticks as {} files in {}\n", written.name, written.ticks.size(), files.size(),
                    options.output.string());

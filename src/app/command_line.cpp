@@ -73,10 +73,6 @@ struct CommandLine {
         sub->add_option("--device", choice.device,
                         "key=value,...: what shows the force on the tool, the same for every response; settings as in "
                         "trocar list (default: tip=fulcrum,saturation=8.5)");
-        sub->add_option(
-            "--query-distance-margin", choice.query_distance_margin,
-            "How much further than things move in a tick detectors search, in mean edges of what moves, for "
-            "generators that need pairs within a distance (default: 0.1)");
     }
     /// A required file, or one of the names that `find` knows.
     static void add_found(CLI::App* sub, const std::string& name, auto& found, const std::string& meaning,
@@ -418,7 +414,6 @@ int run_command(int argc, char** argv, const std::vector<std::string>& program) 
     CommandLine::add_found(sub, "scenes", reference_options.scenes,
                            "Scene files (JSON) or names of trocar scenes; written to reference/ beside them");
     sub->add_flag("--check", reference_options.check, "Make nothing; status 1 when one is missing or stale");
-    sub->add_option("--step", reference_options.time_step_ms, "Finest step in ms (default: by the script's speed)");
     sub->add_option("--k", reference_options.k,
                     "Contact stiffness in N/m between every two bodies, as a study's knob k sets it; another file");
     sub->add_option("--without", reference_options.without, "Store that there is none, and this reason");

@@ -6,6 +6,7 @@
 #include <type_traits>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "method/device.hpp"
 #include "method/registry.hpp"
 #include "simulate/generated_scene.hpp"
@@ -118,7 +119,7 @@ int list(const CommonOptions& common, const ListOptions& /*options*/) {
                         {"generated_scenes", generated},
                         {"device", {{"parameters", parameters_json(device_parameters())}}}};
     if (common.json) {
-        fmt::print("{}\n", document.dump());
+        print_json_line(document);
         return done;
     }
     print_section("Detectors", document["detectors"]);

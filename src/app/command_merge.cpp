@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "app/shipped.hpp"
 #include "app/study_runs.hpp"
 #include "export/exporter.hpp"
@@ -41,7 +42,7 @@ int merge(const CommonOptions& common, const MergeOptions& options) {
             {"report", merged.missing.empty() ? nlohmann::ordered_json(report) : nlohmann::ordered_json(nullptr)},
             {"runs", merged.runs},
             {"missing", merged.missing}};
-        fmt::print("{}\n", document.dump());
+        print_json_line(document);
     } else if (merged.missing.empty()) {
         fmt::print("{}\n{} runs merged\nReport: {}\n", page_one, merged.runs, report);
     } else {

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_report.hpp"
 #include "geometry/orientation.hpp"
@@ -41,7 +42,7 @@ void print_json(const Mesh& mesh, const MeshReport& report, const OrientationRep
         document["inside_out"].push_back(
             {{"triangle", shell.triangles.front()}, {"triangles", shell.triangles.size()}, {"volume", shell.volume}});
     }
-    fmt::print("{}\n", document.dump());
+    print_json_line(document);
 }
 
 void print_table(const MeshOptions& options, const Mesh& mesh, const MeshReport& report,

@@ -44,10 +44,8 @@ Json solution_json(const ReferenceSolution& solution) {
          solution.clears_within_strain_limit ? Json(*solution.clears_within_strain_limit) : Json(nullptr)}};
 }
 
-Reference computed(const Scene& scene, const ReferenceOptions& options) {
-    ReferencePlan plan;
-    if (options.time_step_ms) plan.time_step = *options.time_step_ms * 1e-3;
-    return build_reference(scene, plan,
+Reference computed(const Scene& scene) {
+    return build_reference(scene, {},
                            [&](const std::string& what) { fmt::print(stderr, "{}: {}\n", scene.name, what); });
 }
 
@@ -81,9 +79,6 @@ bool made_by_this_program(const Scene& scene, const std::string& command) {
 }  // namespace
 
 int reference(const CommonOptions& common, const ReferenceOptions& options) {
-    if (options.time_step_ms && !(*options.time_step_ms > 0.0)) {
-        throw InputError("--step", "", "a number > 0", fmt::format("{}", *options.time_step_ms));
-    }
     Json answers = Json::array();
     bool all_fit = true;
     for (const std::filesystem::path& file : options.scenes) {
@@ -106,13 +101,11 @@ int reference(const CommonOptions& common, const ReferenceOptions& options) {
         }
         const std::filesystem::path target = reference_file(file, scene.turned_k);
         std::string command = fmt::format("trocar reference {}", file.filename().string());
-        if (options.time_step_ms) command += fmt::format(" --step {:g}", *options.time_step_ms);
         if (options.k) command += fmt::format(" --k {}", *options.k);
         if (!options.without.empty()) command += " --without";
         // An interrupted row of scenes goes on where it was.
         if (!options.check && !made_by_this_program(scene, command)) {
-            Reference made =
-                options.without.empty() ? computed(scene, options) : declared_absent(scene, options.without);
+            Reference made = options.without.empty() ? computed(scene) : declared_absent(scene, options.without);
             const auto origin = environment();
             for (const char* key : {"commit", "dirty", "version", "compiler"}) made.origin[key] = origin.at(key);
             made.origin["command"] = command;
@@ -135,7 +128,7 @@ int reference(const CommonOptions& common, const ReferenceOptions& options) {
         }
         std::fflush(stdout);
     }
-    if (common.json) fmt::print("{}\n", Json{{"references", answers}}.dump());
+    if (common.json) print_json_line(Json{{"references", answers}});
     return all_fit ? done : comparison_failed;
 }
 

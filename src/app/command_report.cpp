@@ -59,7 +59,7 @@ int compare(const CommonOptions& common, const ReportOptions& options) {
                             {"extra", found.extra},
                             {"stale", found.stale},
                             {"changes", changes}};
-        fmt::print("{}\n", document.dump());
+        print_json_line(document);
     } else {
         print_text(found);
     }
@@ -91,7 +91,7 @@ int report(const CommonOptions& common, const ReportOptions& options) {
     if (common.json) {
         Json document{{"directory", options.directory.string()}, {"files", Json::array()}};
         for (const auto& [name, content] : written.files) document["files"].push_back(name);
-        fmt::print("{}\n", document.dump());
+        print_json_line(document);
     } else {
         fmt::print("{}\nReport: {}\n", written.page_one, (options.directory / "report.html").string());
     }

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "app/respond_laws.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
@@ -196,7 +197,7 @@ int respond(const CommonOptions& common, const RespondOptions& options) {
                           {"failed_advisory", totals.failed_advisory},
                           {"computed", totals.computed},
                           {"unsupported", totals.unsupported}};
-        fmt::print("{}\n", output.dump());
+        print_json_line(output);
     } else {
         for (const Json& result : results) {
             fmt::print("{:<24} {:<11}", printable_line(result["id"].get<std::string>()),

@@ -133,7 +133,7 @@ void print_json(const Scene& scene, const Record& record, const std::optional<Ne
     const auto unstable_step = record.environment.find("run.unstable_step");
     if (unstable_step != record.environment.end()) document["unstable_step"] = unstable_step->second;
     document["nearest"] = nearest_json(scene, nearest);
-    fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+    print_json_line(document);
 }
 
 /// A figure in the unit a person reads: µs, mm; "n/a" where it does not apply.

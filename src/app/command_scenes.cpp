@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "app/shipped.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/whole_file.hpp"
@@ -97,7 +98,7 @@ int scenes(const CommonOptions& common, const ScenesOptions& options) {
     if (common.json) {
         Json list = Json::array();
         for (const SceneLine& line : lines) list.push_back(json_of(line));
-        fmt::print("{}\n", Json{{"scenes", list}}.dump());
+        print_json_line(Json{{"scenes", list}});
         return done;
     }
     std::size_t name_width = 4;

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "app/progress.hpp"
 #include "app/shipped.hpp"
 #include "app/slurm.hpp"
@@ -34,41 +35,6 @@ using Json = nlohmann::ordered_json;
 const std::filesystem::path reports_folder = std::filesystem::path("build") / "reports";
 constexpr std::size_t most_replays = 20;                 // scenes; of more, `trocar view DIR --pages` makes the pages
 constexpr std::uintmax_t largest_published = 8'000'000;  // bytes of a report: compressed records, pages without scripts
-
-SceneFacts facts_of_input(const Study& study, const CommonOptions& common, const RunSpec& spec) {
-    const std::filesystem::path folder = study.file.parent_path();
-    if (is_generated(spec)) return generated_facts(spec);
-    if (is_external(spec)) return external_facts(spec, common.data);
-    if (is_mesh_case(spec)) return read_case_facts(folder, spec, common.data);
-    return read_scene_facts(folder / spec.scene_file, common.data);
-}
-
-/// One run alone.
-Record make_one(const Study& study, const CommonOptions& common, PlannedRun& run) {
-    const std::filesystem::path folder = study.file.parent_path();
-    if (is_mesh_case(run.spec)) {
-        complete_run(read_case_facts(folder, run.spec, common.data), run);
-        return make_mesh_case_run(folder, run.spec, common.data);
-    }
-    const Scene scene = read_scene(folder / run.spec.scene_file, common.data);
-    complete_run(facts_of(scene), run);
-    return make_run(scene, run.spec);
-}
-
-/// Runs of one group. The number of the run that has its turn stands in a file beside `output`, for the parent to read
-/// after a crash.
-std::vector<Record> make_group(const Study& study, const CommonOptions& common, const std::vector<PlannedRun*>& runs,
-                               const StudyOptions& options) {
-    std::vector<RunSpec> specs;
-    for (PlannedRun* run : runs) {
-        complete_run(facts_of_input(study, common, run->spec), *run);
-        specs.push_back(run->spec);
-    }
-    const auto turn = [&options](std::size_t index) {
-        write_turn(*options.child_output, options.child_runs.at(index));
-    };
-    return is_external(specs.front()) ? make_external_runs(specs, common.data, turn) : make_generated_runs(specs, turn);
-}
 
 /// What is published of a record.
 std::string stored_line(const Study& study, const PlannedRun& run, Record record) {
@@ -100,14 +66,13 @@ int child(const Study& study, const CommonOptions& common, const StudyOptions& o
         }
         runs.push_back(&plan[static_cast<std::size_t>(index)]);
     }
+    // The number of the run that has its turn stands in a file beside the output, for the parent to read after a crash.
+    const auto turn = [&options](std::size_t index) {
+        write_turn(*options.child_output, options.child_runs.at(index));
+    };
+    std::vector<Record> records = make_runs(study.file.parent_path(), runs, common.data, turn);
     std::string lines;
-    if (runs.front()->group.empty()) {
-        Record record = make_one(study, common, *runs.front());
-        lines = stored_line(study, *runs.front(), std::move(record));
-    } else {
-        std::vector<Record> records = make_group(study, common, runs, options);
-        for (std::size_t i = 0; i < runs.size(); ++i) lines += stored_line(study, *runs[i], std::move(records[i]));
-    }
+    for (std::size_t i = 0; i < runs.size(); ++i) lines += stored_line(study, *runs[i], std::move(records[i]));
     write_whole(*options.child_output, lines);
     return done;
 }
@@ -138,7 +103,7 @@ int print_plan(const Study& study, const std::vector<PlannedRun>& plan, bool jso
                                         {"outcome", run.settled ? Json(name_of(run.settled->kind)) : Json(nullptr)},
                                         {"message", run.settled ? run.settled->message : ""}});
         }
-        fmt::print("{}\n", document.dump());
+        print_json_line(document);
         return done;
     }
     std::size_t number = 0;
@@ -215,7 +180,8 @@ std::vector<PlannedRun> completed_plan(const Study& study, const CommonOptions& 
         const std::string& file = run.spec.scene_file;
         if (file.empty()) continue;
         auto known = facts.find(file);
-        if (known == facts.end()) known = facts.emplace(file, facts_of_input(study, common, run.spec)).first;
+        if (known == facts.end())
+            known = facts.emplace(file, input_facts(study.file.parent_path(), run.spec, common.data)).first;
         complete_run(known->second, run);
     }
     return plan;
@@ -318,7 +284,7 @@ int study(const CommonOptions& common, const StudyOptions& options) {
             const Json document{{"study", study.name}, {"directory", directory.string()},
                                 {"interrupted", true}, {"runs", planned},
                                 {"made", result.made}, {"found", result.found}};
-            fmt::print("{}\n", document.dump());
+            print_json_line(document);
         }
         return interrupted;
     }
@@ -328,7 +294,7 @@ int study(const CommonOptions& common, const StudyOptions& options) {
                                 {"shard", shard.number}, {"shards", shard.count},
                                 {"runs", planned},       {"made", result.made},
                                 {"found", result.found}};
-            fmt::print("{}\n", document.dump());
+            print_json_line(document);
         } else {
             fmt::print("Shard {}/{}: {} of {} runs ({} made now, {} found from an earlier start) in {}\n", shard.number,
                        shard.count, planned, plan.size(), result.made, result.found, directory.string());
@@ -355,7 +321,7 @@ int study(const CommonOptions& common, const StudyOptions& options) {
                         {"found", result.found},
                         {"outcomes", outcomes},
                         {"published", options.publish ? Json(published.string()) : Json(nullptr)}};
-    fmt::print("{}\n", document.dump());
+    print_json_line(document);
     return done;
 }
 

@@ -16,8 +16,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-void print(const Json& document) { fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace)); }
-
 void print_json(const ChosenTable& table) {
     Json document{{"columns", Json::array()}, {"rows", Json::array()}, {"notes", table.notes}};
     for (const ChosenColumn& column : table.columns) {
@@ -30,7 +28,7 @@ void print_json(const ChosenTable& table) {
         }
         document["rows"].push_back(std::move(cells));
     }
-    print(document);
+    print_json_line(document);
 }
 
 }  // namespace
@@ -39,7 +37,7 @@ int table(const CommonOptions& common, const TableOptions& options) {
     const std::vector<Record> records = read_records(options.records);
     if (options.sqlite) {
         write_run_database(records, *options.sqlite);
-        if (common.json) print({{"file", options.sqlite->string()}, {"runs", records.size()}});
+        if (common.json) print_json_line(Json{{"file", options.sqlite->string()}, {"runs", records.size()}});
         return done;
     }
     const bool is_benchmark = options.format == "google-benchmark";

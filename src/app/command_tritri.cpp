@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "geometry/crossing.hpp"
 #include "geometry/exact.hpp"
 #include "geometry/input_error.hpp"
@@ -100,7 +101,7 @@ int tritri(const CommonOptions& common, const TritriOptions& options) {
         }
         document["wrong_lines"] = wrong;
         document["different_class_lines"] = different_class;
-        fmt::print("{}\n", document.dump());
+        print_json_line(document);
     } else {
         for (const bool verdict : verdicts) fmt::print("{}\n", verdict ? 1 : 0);
         if (!rows.empty()) print_table(rows, options.test);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/commands.hpp"
+#include "app/json_values.hpp"
 #include "app/progress.hpp"
 #include "app/view_pages.hpp"
 #include "app/view_runs.hpp"
@@ -21,12 +22,6 @@ namespace trocar::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-bool is_recording(const std::filesystem::path& file) {
-    std::ifstream stream = open_input(file, "a scene, a recording or a report");
-    std::string magic(8, '\0');
-    return stream.read(magic.data(), 8) && magic == "TROCREC1";
-}
 
 /// A folder of a report, or its records themselves.
 bool holds_records(const std::filesystem::path& input) {
@@ -109,7 +104,7 @@ int write_pages(const CommonOptions& common, const ViewOptions& options) {
     const std::vector<Record> records = read_records(folder);
     const std::size_t pages = write_view_pages(folder, records, study_folder_of(records.front()), common.data);
     if (common.json) {
-        fmt::print("{}\n", Json{{"folder", (folder / view_folder).string()}, {"pages", pages}}.dump());
+        print_json_line(Json{{"folder", (folder / view_folder).string()}, {"pages", pages}});
     } else {
         fmt::print("{} pages in {}; trocar report {} links them\n", pages, (folder / view_folder).string(),
                    folder.string());
@@ -154,7 +149,7 @@ int view(const CommonOptions& common, const ViewOptions& options) {
             document["runs"].push_back(
                 {{"label", run.label}, {"outcome", run.outcome}, {"message", run.message}, {"note", run.note}});
         }
-        fmt::print("{}\n", document.dump());
+        print_json_line(document);
     } else {
         fmt::print("Page: {} ({:.2f} MB)\n", output.string(), 1e-6 * static_cast<double>(html.size()));
     }

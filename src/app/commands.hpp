@@ -182,10 +182,9 @@ int table(const CommonOptions& common, const TableOptions& options);
 
 struct ReferenceOptions {
     std::vector<std::filesystem::path> scenes;
-    bool check = false;                  ///< only report whether stored references are current; computes nothing
-    std::optional<double> time_step_ms;  ///< finest step instead of the scene's own
-    std::optional<double> k;             ///< N/m, of every contact instead of the scene's own
-    std::string without;                 ///< store the absence of a reference with this reason; computes nothing
+    bool check = false;       ///< only report whether stored references are current; computes nothing
+    std::optional<double> k;  ///< N/m, of every contact instead of the scene's own
+    std::string without;      ///< store the absence of a reference with this reason; computes nothing
 };
 int reference(const CommonOptions& common, const ReferenceOptions& options);
 

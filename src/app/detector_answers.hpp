@@ -2,10 +2,9 @@
 // library may crash on what it is given. Its pairs are held against the exact oracle.
 #pragma once
 
-#include <fmt/format.h>
-
 #include <cstdint>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -14,7 +13,6 @@
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
 #include "scene/world.hpp"
-#include "study/baseline_comparison.hpp"
 
 namespace trocar::app {
 
@@ -36,6 +34,9 @@ struct DetectorAnswer {
     Outcome outcome = {};  ///< the first that was not ok
     std::vector<FrameAnswer> frames = {};
 };
+
+/// The truth of every frame; none of one that holds a number that is not finite.
+using Truths = std::vector<std::optional<TickTruth>>;
 
 /// Frames that any number of detectors are asked about, by their number.
 struct AskedFrames {
@@ -65,11 +66,10 @@ void judge(const Topology& topology, const Frame& frame, const TickTruth* truth,
 /// lacks; of a single one reports how it failed. Returns the exit status.
 int conclude(bool all, std::vector<DetectorAnswer>& answers);
 
-/// Appends "pairs":[…],"touch":[…],"false_negatives":…,"false_positives":…,"update_ns":…,"detect_ns":… without braces;
-/// null when absent.
-void append_json(const FrameAnswer& answer, fmt::memory_buffer& text);
+/// "pairs", "touch", "false_negatives", "false_positives", "update_ns", "detect_ns"; null when absent.
+nlohmann::ordered_json answer_json(const FrameAnswer& answer);
 
-/// JSON string with quotes; invalid UTF-8 bytes are replaced.
-std::string quoted_json(const std::string& text);
+/// A row for each detector, with sums and medians over its frames. `truths` may be null.
+void print_answers(const std::vector<DetectorAnswer>& answers, const Truths* truths);
 
 }  // namespace trocar::app

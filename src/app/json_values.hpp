@@ -1,7 +1,10 @@
-// Numbers in the JSON output of commands.
+// JSON output of commands: one document on one line.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cmath>
+#include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "geometry/types.hpp"
@@ -15,6 +18,12 @@ inline nlohmann::ordered_json json_number(double value) {
 
 inline nlohmann::ordered_json json_vector(const Vector3& v) {
     return {json_number(v.x()), json_number(v.y()), json_number(v.z())};
+}
+
+/// Prints one line on standard output. Bytes that are not UTF-8 are replaced.
+template <typename Json>
+void print_json_line(const Json& document) {
+    fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 }  // namespace trocar::app

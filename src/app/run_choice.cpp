@@ -27,13 +27,6 @@ RunSpec spec_of(const MethodChoice& choice) {
     spec.contacts = registry().contact_generator(choice.contacts.empty() ? own : choice.contacts).name;
     if (!choice.stepper.empty()) spec.stepper = stepper_text(choice.stepper);
     spec.device = text_of(read_device(choice.device));
-    if (choice.query_distance_margin) {
-        if (!(*choice.query_distance_margin > 0.0 && *choice.query_distance_margin <= 100.0)) {
-            throw InputError("--query-distance-margin", "", "a number above 0, at most 100",
-                             fmt::format("{}", *choice.query_distance_margin));
-        }
-        spec.query_distance_margin = fmt::format("{}", *choice.query_distance_margin);
-    }
     return spec;
 }
 

@@ -17,15 +17,13 @@ namespace trocar::app {
 struct MethodChoice {
     std::string detector = "ohc_clustered";
     std::string response = "unilateral";
-    std::string contacts;                         ///< contact generator; empty: the response's default
-    std::string stepper;                          ///< NAME[:key=value…]
-    std::string device;                           ///< key=value,…
-    std::optional<double> query_distance_margin;  ///< in mean edges, see `simulate/query_distance.hpp`
+    std::string contacts;  ///< contact generator; empty: the response's default
+    std::string stepper;   ///< NAME[:key=value…]
+    std::string device;    ///< key=value,…
 };
 
-/// Closed-loop specification as in records: detector, response, contact generator, stepper, device, margin of the query
-/// distance. Parameters are in alphabetical order. Throws InputError for an unknown or absent method and an invalid
-/// value.
+/// Closed-loop specification as in records: detector, response, contact generator, stepper, device. Parameters are
+/// in alphabetical order. Throws InputError for an unknown or absent method and an invalid value.
 RunSpec spec_of(const MethodChoice& choice);
 
 /// Throws InputError when `ticks` (--ticks) is outside the range allowed for scenes.

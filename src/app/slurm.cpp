@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "app/json_values.hpp"
 #include "export/exporter.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/size_limits.hpp"
@@ -116,7 +117,7 @@ int submit_to_slurm(const Study& study, const std::vector<PlannedRun>& plan, con
         const nlohmann::ordered_json document{{"study", study.name},     {"directory", whole.string()},
                                               {"shards", options.array}, {"folder", folder.string()},
                                               {"array_job", array_job},  {"merge_job", merge_job}};
-        fmt::print("{}\n", document.dump());
+        print_json_line(document);
     } else {
         fmt::print("Submitted: {} shards as Slurm job {}, their merge as job {}\nShards and logs: {}\nReport: {}\n",
                    options.array, array_job, merge_job, folder.string(), (whole / "report.html").string());

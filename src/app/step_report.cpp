@@ -51,7 +51,7 @@ void print_json(const Scene& scene, const std::string& stepper, const StepCheck&
                           {"decides", deciding_place(scene, tissue, scene.first.position)},
                           {"remedy", stable ? std::string() : step_remedy(scene, tissue)}}},
                         {"operators", operators}};
-    fmt::print("{}\n", document.dump(-1, ' ', false, Json::error_handler_t::replace));
+    print_json_line(document);
 }
 
 }  // namespace

@@ -31,6 +31,10 @@ enum class ContactCase : std::uint8_t {
     edge_edge     ///< the same generators: closest points of two edges
 };
 
+/// In the order of ContactCase, as commands and files print them.
+inline constexpr std::array contact_case_words{"unset",    "a_enters_b", "b_enters_a", "edges_cross", "touch",
+                                               "coplanar", "degenerate", "point_face", "edge_edge"};
+
 /// First contact of a pair between two frames.
 enum class SweptKind : std::uint8_t { unset, vertex_face, edge_edge };
 
@@ -61,13 +65,22 @@ struct ContactPoint {
         return {{triangles(0, triangle), triangles(1, triangle), triangles(2, triangle)},
                 {weights[0], weights[1], weights[2]}};
     }
-    /// Weighted sum of columns of a 3×N matrix (positions or velocities).
-    [[nodiscard]] Vector3 blend(const Matrix3X& columns) const {
+    /// Vertex of the largest weight, the first of equals.
+    [[nodiscard]] Index heaviest() const {
+        return vertices[at(std::max_element(weights.begin(), weights.end()) - weights.begin())];
+    }
+    /// Weighted sum of of(vertex), a vector.
+    template <typename Of>
+    [[nodiscard]] Vector3 blend_of(const Of& of) const {
         Vector3 sum = Vector3::Zero();
         for (std::size_t i = 0; i < 3; ++i) {
-            if (vertices[i] >= 0 && weights[i] != 0.0) sum += weights[i] * columns.col(vertices[i]);
+            if (vertices[i] >= 0 && weights[i] != 0.0) sum += weights[i] * of(vertices[i]);
         }
         return sum;
+    }
+    /// Weighted sum of columns of a 3×N matrix (positions or velocities).
+    [[nodiscard]] Vector3 blend(const Matrix3X& columns) const {
+        return blend_of([&columns](Index vertex) { return columns.col(vertex); });
     }
 };
 

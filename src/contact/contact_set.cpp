@@ -41,8 +41,9 @@ void ContactSet::answer_nothing() {
     outcome.message.clear();
 }
 
-void ContactSet::sort_pairs() { put_in_order(pairs); }
-
-void ContactSet::sort_near() { put_in_order(near); }
+void ContactSet::sort() {
+    put_in_order(pairs);
+    put_in_order(near);
+}
 
 }  // namespace trocar

@@ -42,9 +42,8 @@ struct ContactSet {
     void clear();
     /// Replaces the detector's answer by an empty one that was found to the query distance, with the outcome `ok`.
     void answer_nothing();
-    /// Order each pair so that a < b, sort and remove duplicates, in `pairs` and in `near`.
-    void sort_pairs();
-    void sort_near();
+    /// Orders each pair so that a < b, sorts and removes duplicates, in `pairs` and in `near`.
+    void sort();
 };
 
 }  // namespace trocar

@@ -18,12 +18,8 @@ struct PlacedTriangle {
 };
 
 PlacedTriangle placed(const Topology& topology, const Frame& frame, Index triangle) {
-    PlacedTriangle result;
-    for (std::size_t i = 0; i < 3; ++i) {
-        result.vertex[i] = topology.triangles(static_cast<Eigen::Index>(i), triangle);
-        result.corner[i] = frame.position.col(result.vertex[i]);
-    }
-    return result;
+    const auto vertex = topology.triangles.col(triangle);
+    return {{vertex[0], vertex[1], vertex[2]}, corners_of(topology.triangles, frame.position, triangle)};
 }
 
 /// Corner of the largest depth; ties go to the lowest vertex number.

@@ -54,9 +54,8 @@ bool CrossedSides::is_beyond(const TickStart& start, const FeatureMesh& mesh, In
     // The partners of one face at the edge contain every triangle that the edge crosses.
     partners.visit(mesh.faces_at_edge(edge).front(), [&](Index other) {
         if (topology.body_of_triangle[at(other)] != face_body) return;
-        const auto c = topology.triangles.col(other);
-        count += segment_crossing(from + tiny_offset, to + tiny_offset, start.position(c[0], face_body),
-                                  start.position(c[1], face_body), start.position(c[2], face_body));
+        const auto [a, b, c] = start.corners(other, face_body);
+        count += segment_crossing(from + tiny_offset, to + tiny_offset, a, b, c);
     });
     return count != 0;
 }
@@ -94,8 +93,7 @@ void CrossedSides::settle(const TickStart& start, const std::vector<PointFace>& 
         const Vector3 v0 = frame.previous.col(one.vertex);
         const Vector3 v1 = start.position(one.vertex, one.vertex_body);
         const Corners f0 = corners_of(topology.triangles, frame.previous, one.triangle);
-        const Corners f1{start.position(c[0], one.face_body), start.position(c[1], one.face_body),
-                         start.position(c[2], one.face_body)};
+        const Corners f1 = start.corners(one.triangle, one.face_body);
         // Tissue moves first: its vertex moves before the face of an operator-driven body.
         const bool vertex_first = start.is_tissue(one.vertex_body) && !start.is_tissue(one.face_body);
         cross(one, vertex_first ? crossing(v0, v1, number, f0, f0) + crossing(v1, v1, number, f0, f1)
@@ -110,8 +108,7 @@ void CrossedSides::carry_along(const TickStart& start, const std::vector<PointFa
         if (start.is_tissue(one.vertex_body) && start.is_tissue(one.face_body)) continue;
         const auto c = topology.triangles.col(one.triangle);
         const std::array<Index, 3> number{c[0], c[1], c[2]};
-        const Corners f1{start.position(c[0], one.face_body), start.position(c[1], one.face_body),
-                         start.position(c[2], one.face_body)};
+        const Corners f1 = start.corners(one.triangle, one.face_body);
         cross(one, crossing(start.position(one.vertex, one.vertex_body), frame.position.col(one.vertex), number, f1,
                             corners_of(topology.triangles, frame.position, one.triangle)));
     }

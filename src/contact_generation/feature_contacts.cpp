@@ -3,24 +3,10 @@
 #include <algorithm>
 
 namespace trocar {
-namespace {
-
-/// Weighted sum of of(vertex) over the point's vertices.
-template <typename Of>
-Vector3 blend(const ContactPoint& point, const Of& of) {
-    Vector3 sum = Vector3::Zero();
-    for (std::size_t i = 0; i < 3; ++i) {
-        if (point.vertices[i] >= 0) sum += point.weights[i] * of(point.vertices[i]);
-    }
-    return sum;
-}
-
-}  // namespace
-
 Contact point_face_contact(const TickStart& start, const PointFace& one, const Vector3& normal, double gap) {
     Contact contact;
     contact.kind = ContactCase::point_face;
-    const ContactPoint vertex{{one.vertex, -1, -1}, {1.0, 0.0, 0.0}};
+    const ContactPoint vertex = ContactPoint::at_vertex(one.vertex);
     const ContactPoint face = ContactPoint::in_triangle(start.topology().triangles, one.triangle, one.weights);
     const bool vertex_first = one.vertex_body < one.face_body;
     contact.body_a = vertex_first ? one.vertex_body : one.face_body;
@@ -57,11 +43,11 @@ double home_side(const BodyRange& body) { return !body.closed && body.start_side
 
 void finish_contact(const TickStart& start, Contact& contact) {
     const auto scripted = [&](const ContactPoint& point, Index body) {
-        return blend(point, [&](Index vertex) { return start.scripted(vertex, body); });
+        return point.blend_of([&](Index vertex) { return start.scripted(vertex, body); });
     };
     contact.approach =
         (scripted(contact.on_b, contact.body_b) - scripted(contact.on_a, contact.body_a)).dot(contact.normal);
-    contact.point = blend(contact.on_a, [&](Index vertex) { return start.position(vertex, contact.body_a); });
+    contact.point = contact.on_a.blend_of([&](Index vertex) { return start.position(vertex, contact.body_a); });
     contact.depth = std::max(0.0, -contact.gap);
 }
 

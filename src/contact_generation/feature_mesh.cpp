@@ -5,16 +5,6 @@
 
 namespace trocar {
 
-template <typename Visit>
-void FeatureMesh::Lists::fill(Index count, const Visit& visit) {
-    first.assign(at(count) + 1, 0);
-    visit([this](Index list, Index) { ++first[at(list) + 1]; });
-    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-    item.assign(at(first.back()), -1);
-    std::vector<Index> next(first.begin(), first.end() - 1);
-    visit([&](Index list, Index number) { item[at(next[at(list)]++)] = number; });
-}
-
 void FeatureMesh::prepare(const Topology& topology) {
     topology_ = &topology;
     const Index triangles = topology.triangle_count();

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/index_lists.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -33,22 +34,10 @@ public:
     }
 
 private:
-    /// Lists of indices in one array, each with its start (CSR).
-    struct Lists {
-        std::vector<Index> first;
-        std::vector<Index> item;
-        [[nodiscard]] std::span<const Index> of(Index i) const {
-            return {item.data() + first[at(i)], at(first[at(i) + 1] - first[at(i)])};
-        }
-        /// visit(act) calls act(list, item) for every entry. It is called twice and must give the same entries.
-        template <typename Visit>
-        void fill(Index count, const Visit& visit);
-    };
-
     const Topology* topology_ = nullptr;
     std::vector<std::array<Index, 3>> edges_of_;
     std::vector<std::array<Index, 2>> ends_;
-    Lists faces_at_edge_, faces_at_vertex_, edges_at_vertex_;
+    IndexLists faces_at_edge_, faces_at_vertex_, edges_at_vertex_;
 };
 
 }  // namespace trocar

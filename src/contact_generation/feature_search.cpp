@@ -11,18 +11,13 @@ namespace {
 /// Sine by which the Voronoi cone of an edge or corner is widened, so that flat surfaces and rounding omit no contact.
 constexpr double widening = 0.02;
 
-Corners corners_at(const TickStart& start, Index triangle, Index body) {
-    const auto corner = start.topology().triangles.col(triangle);
-    return {start.position(corner[0], body), start.position(corner[1], body), start.position(corner[2], body)};
-}
-
 Box widened(const Corners& corners, const Vector3& by) {
     const Box box = box_of(corners);
     return {box.min - by, box.max + by};
 }
 
 Vector3 unit_normal_of(const Corners& c) {
-    const Vector3 normal = (c[1] - c[0]).cross(c[2] - c[0]);
+    const Vector3 normal = area_normal(c);
     const double size = normal.norm();
     return size > 0.0 ? Vector3(normal / size) : Vector3::Zero();
 }
@@ -61,8 +56,8 @@ void FeatureSearch::examine_pair(const TickStart& start, const TrianglePair& pai
     const Topology& topology = start.topology();
     const Index body_a = topology.body_of_triangle[at(pair.a)];
     const Index body_b = topology.body_of_triangle[at(pair.b)];
-    const Corners a = corners_at(start, pair.a, body_a);
-    const Corners b = corners_at(start, pair.b, body_b);
+    const Corners a = start.corners(pair.a, body_a);
+    const Corners b = start.corners(pair.b, body_b);
     constexpr double rounding = 1e-9;
     const Vector3 within = Vector3::Constant(query_distance_ * (1.0 + rounding));
     const Box around_a = widened(a, within);
@@ -95,7 +90,7 @@ void FeatureSearch::examine_pair(const TickStart& start, const TrianglePair& pai
 }
 
 void FeatureSearch::place(const TickStart& start, const Vector3& point, PointFace& found) const {
-    const Corners corners = corners_at(start, found.triangle, found.face_body);
+    const Corners corners = start.corners(found.triangle, found.face_body);
     found.weights = closest_point_on_triangle(corners, point);
     found.path = point - point_at(corners, found.weights);
     found.distance = found.path.norm();
@@ -118,7 +113,7 @@ void FeatureSearch::judge(const TickStart& start, bool fully, PointFace& found) 
     const int inside = static_cast<int>((found.weights.array() > 0.0).count());
     found.is_closest = false;
     if (inside == 3) {
-        found.front = unit_normal_of(corners_at(start, found.triangle, found.face_body));
+        found.front = unit_normal_of(start.corners(found.triangle, found.face_body));
         found.is_closest = true;
         return;
     }
@@ -135,7 +130,7 @@ void FeatureSearch::judge(const TickStart& start, bool fully, PointFace& found) 
             const Vector3 to_apex = start.position(mesh_.apex(t, edge), found.face_body) - foot;
             const Vector3 into = to_apex - to_apex.dot(along) * along;
             if (found.path.dot(into) > wide * into.norm()) found.is_closest = false;
-            front += unit_normal_of(corners_at(start, t, found.face_body));
+            front += unit_normal_of(start.corners(t, found.face_body));
         }
     } else {
         const int here = found.weights[0] > 0.0 ? 0 : (found.weights[1] > 0.0 ? 1 : 2);

@@ -17,11 +17,9 @@ void place_at_start(const TickStart& start, Contact& contact) {
     const double depth = contact.depth;
     const auto on = [&](Index triangle, Index entering) {
         if (entering >= 0) return ContactPoint::at_vertex(entering);
-        const auto corner = topology.triangles.col(triangle);
         return ContactPoint::in_triangle(
             topology.triangles, triangle,
-            closest_point_on_triangle({position.col(corner[0]), position.col(corner[1]), position.col(corner[2])},
-                                      where));
+            closest_point_on_triangle(corners_of(topology.triangles, position, triangle), where));
     };
     contact.on_a = on(contact.a, contact.kind == ContactCase::a_enters_b ? contact.vertex_a : -1);
     contact.on_b = on(contact.b, contact.kind == ContactCase::b_enters_a ? contact.vertex_b : -1);

@@ -2,6 +2,7 @@
 // else is where the last tick left it.
 #pragma once
 
+#include "geometry/exact.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -16,6 +17,11 @@ public:
         if (is_tissue(body)) return frame_->position.col(vertex);
         if (frame_->operator_motion.empty()) return frame_->previous.col(vertex);
         return frame_->previous.col(vertex) + frame_->operator_motion[static_cast<std::size_t>(body)];
+    }
+    /// m, world, of a triangle of the body.
+    [[nodiscard]] Corners corners(Index triangle, Index body) const {
+        const auto corner = topology_->triangles.col(triangle);
+        return {position(corner[0], body), position(corner[1], body), position(corner[2], body)};
     }
     /// m, scripted motion of the vertex within this tick.
     [[nodiscard]] Vector3 scripted(Index vertex, Index body) const {

@@ -111,10 +111,7 @@ private:
         constexpr double of_query_distance = 0.2;
         const double further = one.distance - home.depth;
         if (further > of_query_distance * contacts.query_distance + 2.0 * relative_motion(start, one)) return;
-        const auto corner = topology_->triangles.col(one.triangle);
-        const Vector3 origin = start.position(corner[0], one.face_body);
-        Vector3 normal = (start.position(corner[1], one.face_body) - origin)
-                             .cross(start.position(corner[2], one.face_body) - origin);
+        Vector3 normal = area_normal(start.corners(one.triangle, one.face_body));
         const double size = normal.norm();
         if (size == 0.0) return;
         normal /= size;
@@ -135,10 +132,8 @@ private:
     /// weights of the nearest point.
     [[nodiscard]] Vector3 weights_under(const TickStart& start, const PointFace& one) const {
         if (!start.is_tissue(one.face_body) || !start.is_tissue(one.vertex_body)) return one.weights;
-        const auto corner = topology_->triangles.col(one.triangle);
-        const auto place = [&](int i) { return start.position(corner[i], one.face_body); };
-        const Vector3 weights =
-            projection_on_plane({place(0), place(1), place(2)}, start.position(one.vertex, one.vertex_body));
+        const Vector3 weights = projection_on_plane(start.corners(one.triangle, one.face_body),
+                                                    start.position(one.vertex, one.vertex_body));
         constexpr double furthest = -1.0;
         return weights.allFinite() && weights.minCoeff() >= furthest ? weights : one.weights;
     }

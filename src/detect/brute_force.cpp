@@ -36,8 +36,7 @@ public:
                 }
             }
         }
-        contacts.sort_pairs();
-        contacts.sort_near();
+        contacts.sort();
     }
 
 private:

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "detect/collision_filter.hpp"
 #include "detect/lattice.hpp"
 #include "geometry/random.hpp"
 #include "geometry/types.hpp"
@@ -34,10 +35,8 @@ inline std::uint32_t cell_hash(const std::array<std::int32_t, 3>& cell, CellHash
 
 class CellMap {
 public:
-    /// `collide`: one bit per pair of bodies that may collide, `words` 64-bit words per body.
-    void prepare(std::vector<std::uint64_t> collide, std::size_t words, CellHash hash, int first_bits) {
-        collide_ = std::move(collide);
-        words_ = words;
+    void prepare(const CollisionFilter& filter, CellHash hash, int first_bits) {
+        filter_ = filter;
         hash_ = hash;
         bits_ = 0;
         grow(first_bits);
@@ -103,17 +102,11 @@ public:
                     const Object* low = &objects_[static_cast<std::size_t>(a)];
                     const Object* high = &objects_[static_cast<std::size_t>(b)];
                     if (low->body > high->body) std::swap(low, high);
-                    if (!may_hit(low->body, high->body)) continue;
+                    if (!filter_.may_hit(low->body, high->body)) continue;
                     if (!use(slot.cell, run(*low), run(*high))) return;
                 }
             }
         }
-    }
-
-    [[nodiscard]] bool may_hit(Index body_a, Index body_b) const {
-        const std::uint64_t word =
-            collide_[static_cast<std::size_t>(body_a) * words_ + static_cast<std::size_t>(body_b) / 64];
-        return ((word >> (static_cast<std::size_t>(body_b) % 64)) & 1U) != 0;
     }
 
 private:
@@ -169,7 +162,7 @@ private:
         for (std::int32_t o = cell.first_object; o >= 0; o = objects_[static_cast<std::size_t>(o)].next) {
             const Object& object = objects_[static_cast<std::size_t>(o)];
             if (object.body == body) return static_cast<std::size_t>(o);
-            meets = meets || may_hit(object.body, body);
+            meets = meets || filter_.may_hit(object.body, body);
         }
         objects_.push_back({.body = body, .next = cell.first_object});
         cell.first_object = static_cast<std::int32_t>(objects_.size()) - 1;
@@ -181,8 +174,7 @@ private:
         return {primitives_.data() + object.first, static_cast<std::size_t>(object.count)};
     }
 
-    std::vector<std::uint64_t> collide_;
-    std::size_t words_ = 1;
+    CollisionFilter filter_;
     CellHash hash_ = CellHash::fibonacci;
     int bits_ = 0;
     std::uint32_t stamp_ = 0;

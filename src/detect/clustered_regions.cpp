@@ -20,16 +20,8 @@ double longest_edge(const Extent& box) {
 }  // namespace
 
 void ClusteredRegions::prepare(const Topology& topology) {
-    const auto count = static_cast<std::size_t>(topology.body_count());
-    const std::size_t words = (count + 63) / 64;
-    std::vector<std::uint64_t> collide(count * words, 0);
-    for (const auto& [a, b] : topology.body_pairs) {
-        for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, a}}) {
-            const auto number = static_cast<std::size_t>(to);
-            collide[static_cast<std::size_t>(from) * words + number / 64] |= std::uint64_t{1} << (number % 64);
-        }
-    }
-    map_.prepare(std::move(collide), words, CellHash::fibonacci, 10);
+    filter_.prepare(topology);
+    map_.prepare(filter_, CellHash::fibonacci, 10);
 }
 
 void ClusteredRegions::build() {
@@ -146,7 +138,7 @@ void ClusteredRegions::find_pairs() {
             // A pair of large regions is entered once, from the first of them.
             if (regions_[j].range.cell_count() > most_cells && j <= static_cast<std::size_t>(large)) continue;
             const Index other = owner_of(regions_[j]).body;
-            if (!map_.may_hit(body, other)) continue;
+            if (!filter_.may_hit(body, other)) continue;
             const auto number = static_cast<Index>(j);
             pairs_.push_back(body < other ? Pair{large, number} : Pair{number, large});
         }

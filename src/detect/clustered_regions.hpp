@@ -8,6 +8,7 @@
 #include "detect/cell_map.hpp"
 #include "detect/clustered_bodies.hpp"
 #include "detect/clustered_work.hpp"
+#include "detect/collision_filter.hpp"
 #include "detect/lattice.hpp"
 #include "detect/ohc_work.hpp"
 
@@ -69,6 +70,7 @@ private:
     OhcWork& work_;
     std::vector<Region> regions_;  ///< body by body, from MovingBody::first_region on
     Lattice lattice_;
+    CollisionFilter filter_;
     CellMap map_;
     bool cells_are_set_ = false;
     double entered_query_distance_ = 0.0;  ///< query distance (m) that the entered cells include

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <utility>
 
 #include "detect/swept.hpp"
@@ -23,19 +22,12 @@ CellRange hull(const CellRange& a, const CellRange& b) {
 void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
     topology_ = &topology;
     const std::size_t bodies = topology.bodies.size();
-    words_ = (bodies + 63) / 64;
-    collide_.assign(bodies * words_, 0);
-    std::vector<std::uint8_t> takes_part(bodies, 0);
-    for (const auto& [a, b] : topology.body_pairs) {
-        for (const auto& [from, to] : {std::pair{a, b}, std::pair{b, a}}) {
-            collide_[at(from) * words_ + at(to) / 64] |= std::uint64_t{1} << (at(to) % 64);
-            takes_part[at(from)] = 1;
-        }
-    }
+    filter_.prepare(topology);
     order_.clear();
-    for (std::size_t number = 0; number < bodies; ++number) {
-        if (topology.bodies[number].triangles.count == 0) takes_part[number] = 0;
-        if (takes_part[number] != 0) order_.push_back(static_cast<Index>(number));
+    for (Index number = 0; number < topology.body_count(); ++number) {
+        const bool may_hit_any =
+            std::ranges::any_of(filter_.mask(number), [](std::uint64_t word) { return word != 0; });
+        if (may_hit_any && body(number).triangles.count > 0) order_.push_back(number);
     }
     const auto rank = [this](Index number) {
         const BodyRange& range = body(number);
@@ -54,8 +46,7 @@ void OhcBodies::prepare(const Topology& topology, const Frame& frame) {
 
 /// Bodies with equal masks become a group: neither is in its own mask, so they cannot collide.
 void OhcBodies::make_groups() {
-    const auto mask = [this](Index number) { return std::span(collide_).subspan(at(number) * words_, words_); };
-    const auto same = [&](Index a, Index b) { return std::ranges::equal(mask(a), mask(b)); };
+    const auto same = [this](Index a, Index b) { return std::ranges::equal(filter_.mask(a), filter_.mask(b)); };
     // Moves each body up to the first one of its group.
     groups_.clear();
     for (std::size_t begin = 0; begin < order_.size();) {
@@ -156,7 +147,7 @@ void OhcBodies::find_parts() {
         const BoxOnPath<Extent> near{path.start.grown(query_distance_), path.end.grown(query_distance_)};
         TickPart hull{1.0, 0.0};
         for (const Index other : order_) {
-            if (other == body || !may_hit(body, other)) continue;
+            if (other == body || !filter_.may_hit(body, other)) continue;
             const TickPart part = part_of_meeting(near, paths_[at(other)]);
             if (part.empty()) continue;
             hull = {std::min(hull.first, part.first), std::max(hull.last, part.last)};
@@ -175,7 +166,7 @@ CellRange OhcBodies::place_groups() {
         place_all();
     }
     for (const Index number : order_) wide_boxes_[at(number)] = wide_box(number);
-    meeting_.find(order_, wide_boxes_, [this](Index a, Index b) { return may_hit(a, b); });
+    meeting_.find(order_, wide_boxes_, [this](Index a, Index b) { return filter_.may_hit(a, b); });
     CellRange meeting = no_cells;
     for (const Index number : order_) {
         for (const Extent& part : meeting_.of(number)) meeting = hull(meeting, cells_of(part));

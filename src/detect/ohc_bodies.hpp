@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "detect/collision_filter.hpp"
 #include "detect/lattice.hpp"
 #include "detect/ohc_meeting.hpp"
 #include "detect/ohc_work.hpp"
@@ -38,12 +39,7 @@ public:
     /// marking. Under a limit instruments come first, so that truncation affects them least.
     [[nodiscard]] const std::vector<Index>& order() const { return order_; }
     [[nodiscard]] const std::vector<Group>& groups() const { return groups_; }
-    [[nodiscard]] bool may_hit(Index body_a, Index body_b) const {
-        return ((collide_[at(body_a) * words_ + at(body_b) / 64] >> (at(body_b) % 64)) & 1U) != 0;
-    }
-    /// One bit per pair of bodies that may collide, words() 64-bit words per body.
-    [[nodiscard]] const std::vector<std::uint64_t>& collide() const { return collide_; }
-    [[nodiscard]] std::size_t words() const { return words_; }
+    [[nodiscard]] const CollisionFilter& filter() const { return filter_; }
     [[nodiscard]] Index body_of(Index triangle) const { return topology_->body_of_triangle[at(triangle)]; }
     [[nodiscard]] const BodyRange& body(Index number) const { return topology_->bodies[at(number)]; }
 
@@ -88,8 +84,7 @@ private:
     const VertexKernels& kernels_ = vertex_kernels().front();
     std::vector<Index> order_;
     std::vector<Group> groups_;
-    std::vector<std::uint64_t> collide_;
-    std::size_t words_ = 1;
+    CollisionFilter filter_;
     std::vector<Extent> boxes_;             ///< per body, m
     std::vector<BoxOnPath<Extent>> paths_;  ///< per body, swept only
     std::vector<TickPart> parts_;           ///< per body: times at which it may meet another

@@ -24,7 +24,7 @@ struct OhcMaps::Question {
 };
 
 void OhcMaps::prepare(const OhcSettings& settings, std::size_t room) {
-    map_.prepare(bodies_.collide(), bodies_.words(), settings.hash, 12);
+    map_.prepare(bodies_.filter(), settings.hash, 12);
     map_.reserve(room);
     members_.reserve(room);
 }

@@ -87,7 +87,7 @@ public:
         for (const Index t : occupancy_.huge()) {
             const Primitive p = cells.primitive(frame, t);
             for (const Index body : bodies_.order()) {
-                if (!bodies_.may_hit(p.body, body) || !wanted(p.body, body)) continue;
+                if (!bodies_.filter().may_hit(p.body, body) || !wanted(p.body, body)) continue;
                 const Range triangles = bodies_.body(body).triangles;
                 if (!work_.spend(work_.counters.box_tests, triangles.count)) return;
                 for (Index other = triangles.first; other < triangles.end(); ++other) {

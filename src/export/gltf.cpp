@@ -8,10 +8,10 @@
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "geometry/rigid_motion.hpp"
 #include "geometry/whole_file.hpp"
+#include "scene/mesh_bodies.hpp"
 
 namespace trocar {
 namespace {
@@ -35,32 +35,16 @@ struct Part {
 
 /// Connected triangles of bodies that do not deform, one part each; a tissue body is one part.
 std::vector<Part> parts_of(const Topology& topology) {
-    std::vector<Index> root(static_cast<std::size_t>(topology.vertex_count));
-    std::iota(root.begin(), root.end(), 0);
-    const auto find = [&root](Index vertex) {
-        while (root[static_cast<std::size_t>(vertex)] != vertex) {
-            Index& up = root[static_cast<std::size_t>(vertex)];
-            up = root[static_cast<std::size_t>(up)];
-            vertex = up;
-        }
-        return vertex;
-    };
-    for (Index t = 0; t < topology.triangle_count(); ++t) {
-        const Index whole = find(topology.triangles(0, t));
-        for (int corner = 1; corner < 3; ++corner) {
-            root[static_cast<std::size_t>(find(topology.triangles(corner, t)))] = whole;
-        }
-    }
+    const std::vector<Index> component = component_of_triangle(topology.triangles, topology.vertex_count);
     std::vector<Part> parts;
     std::vector<std::int64_t> number(static_cast<std::size_t>(topology.vertex_count), -1);
     for (const BodyRange& body : topology.bodies) {
-        std::map<Index, std::size_t> part_of_root;
+        std::map<Index, std::size_t> part_of_component;
         for (Index t = body.triangles.first; t < body.triangles.end(); ++t) {
             const bool deforms = body.kind == BodyKind::tissue;
-            const auto [found, is_new] =
-                part_of_root.try_emplace(deforms ? -1 : find(topology.triangles(0, t)), parts.size());
+            const auto [found, is_new] = part_of_component.try_emplace(deforms ? -1 : component[at(t)], parts.size());
             if (is_new) {
-                const std::size_t before = part_of_root.size() - 1;
+                const std::size_t before = part_of_component.size() - 1;
                 parts.push_back(
                     {.name = before == 0 ? body.name : fmt::format("{} {}", body.name, before + 1), .kind = body.kind});
             }

@@ -4,30 +4,15 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <vector>
 
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/exact.hpp"
 #include "geometry/pairs_apart.hpp"
 #include "geometry/triangle_sides.hpp"
 
 namespace trocar {
 namespace {
-
-/// Disjoint sets (union-find with path halving).
-class Sets {
-public:
-    explicit Sets(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), Index{0}); }
-    Index find(Index i) {
-        while (parent(i) != i) i = parent(i) = parent(parent(i));
-        return i;
-    }
-    void merge(Index i, Index j) { parent(find(i)) = find(j); }
-
-private:
-    Index& parent(Index i) { return parent_[static_cast<std::size_t>(i)]; }
-    std::vector<Index> parent_;
-};
 
 Triangles without_collapsed(const Triangles& triangles) {
     Triangles kept(3, triangles.cols());
@@ -49,9 +34,9 @@ Index corner_number(const Triangles& triangles, Index t, Index v) {
 }
 
 void count_edges(const Triangles& triangles, Index vertex_count, MeshReport& report) {
-    Sets shells(static_cast<std::size_t>(triangles.cols()));
-    Sets fans(static_cast<std::size_t>(triangles.size()));  // corners of triangles around their vertices
-    Sets loops(static_cast<std::size_t>(vertex_count));
+    DisjointSets shells(static_cast<Index>(triangles.cols()));
+    DisjointSets fans(static_cast<Index>(triangles.size()));  // corners of triangles around their vertices
+    DisjointSets loops(vertex_count);
     std::vector<Index> boundary_vertices;
     for_each_edge(sorted_sides(triangles), [&](std::span<const TriangleSide> edge) {
         const TriangleSide& side = edge.front();

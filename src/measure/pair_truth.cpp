@@ -93,6 +93,13 @@ std::vector<TrianglePair> deepest_pairs(const Topology& topology, const Frame& f
     return deepest;
 }
 
+TickTruth truth_of(const Topology& topology, const Frame& frame) {
+    TickTruth truth;
+    true_pairs(topology, frame, truth.pairs);
+    truth.touch = touching_pairs(topology, frame, truth.pairs);
+    return truth;
+}
+
 PairErrors compare_pairs(const std::vector<TrianglePair>& reported, const std::vector<TrianglePair>& truth,
                          const std::vector<Index>& truth_touch) {
     std::vector<TrianglePair> found = reported;
@@ -112,6 +119,15 @@ PairErrors compare_pairs(const std::vector<TrianglePair>& reported, const std::v
     }
     errors.false_positives = static_cast<std::int64_t>(found.size() - matched);
     return errors;
+}
+
+void judge_pairs(const TickTruth& truth, const std::vector<TrianglePair>& reported, StepRow& row) {
+    const PairErrors errors = compare_pairs(reported, truth.pairs, truth.touch);
+    row.true_pairs = static_cast<std::int64_t>(truth.pairs.size());
+    row.true_touch = static_cast<std::int64_t>(truth.touch.size());
+    row.false_negatives = errors.false_negatives;
+    row.false_positives = errors.false_positives;
+    row.false_negatives_touch = errors.false_negatives_touch;
 }
 
 }  // namespace trocar

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact/contact.hpp"
+#include "measure/step_row.hpp"
 #include "scene/world.hpp"
 
 namespace trocar {
@@ -31,6 +32,13 @@ inline constexpr std::size_t deepest_count = 10;
 std::vector<TrianglePair> deepest_pairs(const Topology& topology, const Frame& frame,
                                         const std::vector<TrianglePair>& pairs);
 
+/// Exact pairs of one frame.
+struct TickTruth {
+    std::vector<TrianglePair> pairs;  ///< intersecting pairs, sorted
+    std::vector<Index> touch;         ///< positions in `pairs` of those that only touch
+};
+TickTruth truth_of(const Topology& topology, const Frame& frame);
+
 struct PairErrors {
     std::int64_t false_negatives = 0;        ///< false negatives
     std::int64_t false_positives = 0;        ///< false positives
@@ -39,5 +47,7 @@ struct PairErrors {
 /// `reported` in any order, repeats count once; `truth` sorted; `truth_touch` = positions in `truth` that only touch.
 PairErrors compare_pairs(const std::vector<TrianglePair>& reported, const std::vector<TrianglePair>& truth,
                          const std::vector<Index>& truth_touch);
+/// Sets the counts of true pairs and of errors in `row`.
+void judge_pairs(const TickTruth& truth, const std::vector<TrianglePair>& reported, StepRow& row);
 
 }  // namespace trocar

@@ -133,7 +133,6 @@ Scene permuted(const Scene& scene, const Permutation& permutation) {
     materials.contact_laws = std::move(laws);
     choose(materials.trocar_point, permutation.body);
     choose(materials.tip, permutation.body);
-    choose(materials.device, permutation.body);
     choose(result.bodies, permutation.body);
     for (std::size_t b = 0; b < result.bodies.size(); ++b) {
         const BodyRange& was = scene.topology.bodies[at(permutation.body[b])];

@@ -22,15 +22,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// Metrics of records from before releases were skipped: a late tick delayed the next ones, and an empty loop ran in a
-/// thread beside. No metric of today has their values, so that they are not read.
-bool is_of_delayed_releases(std::string_view key) {
-    constexpr std::array keys{"paced_median_ns", "paced_p99_ns", "paced_p999_ns",   "paced_max_ns",
-                              "paced_misses",    "paced_burst",  "empty_median_ns", "empty_p99_ns",
-                              "empty_p999_ns",   "empty_max_ns", "empty_misses",    "empty_burst"};
-    return std::find(keys.begin(), keys.end(), key) != keys.end();
-}
-
 /// Members of RunSpec by name, for both directions.
 template <typename Spec, typename Visit>
 void visit_spec(Spec& spec, Visit&& visit) {
@@ -56,7 +47,6 @@ void visit_optional_spec(Spec& spec, Visit&& visit) {
     visit("stepper", spec.stepper);
     visit("against", spec.against);
     visit("device", spec.device);
-    visit("query_distance_margin", spec.query_distance_margin);
     visit("overrides", spec.overrides);
     visit("knob", spec.knob);
     visit("point", spec.point);
@@ -411,9 +401,6 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
         if (spec.contains(name)) reader.read(spec[name], std::string("/spec/") + name, value);
     });
     reader.check_keys(spec, "/spec", known);
-    if (!record.spec.query_distance_margin.empty()) {
-        reader.check_number("/spec/query_distance_margin", record.spec.query_distance_margin, 0.0, 100.0);
-    }
     reader.check_keys(
         json, "",
         {"spec", "outcome", "message", "frames_hash", "state_hash", "environment", "summary", "rows", "events"});
@@ -430,7 +417,6 @@ Record record_from_json_line(const std::string& line, const std::string& file, s
         }
     }
     for (const auto& [key, value] : reader.member(json, "", "summary").items()) {
-        if (is_of_delayed_releases(key)) continue;
         const std::optional<Metric> metric = metric_named(key);
         if (!metric) reader.fail("/summary/" + key, "a metric of trocar schema figures", "'" + key + "'");
         reader.read(value, "/summary/" + key, record.summary[*metric]);

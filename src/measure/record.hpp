@@ -18,19 +18,18 @@ namespace trocar {
 /// Everything that determines the result of a run, and thus the key under which it is stored.
 struct RunSpec {
     std::string study;
-    std::string mode;          ///< "replay" | "repeated_motion" | "closed_loop" | "work_precision" | "paced" |
-                               ///< "cost_by_size" | "against" | "resolution" | "hard_case" | "metamorphic" |
-                               ///< "external"
-    std::string scene;         ///< scene name
-    std::string scene_file;    ///< relative to the study file
-    std::string scene_hash;    ///< 16 hex digits
-    std::string pair_class;    ///< "I2I", "I2R", "I2T", "R2T", "T2T"
-    std::string detector;      ///< NAME[:key=value…]
-    std::string response;      ///< empty in replay
-    std::string contacts;      ///< contact generator; empty in replay, but on generated scenes
-    std::string stepper = {};  ///< empty: the default one
-    std::string against = {};  ///< second stepper of the run (simulate/against.hpp); empty: none
-    std::string query_distance_margin = {};  ///< mean edges; empty: the default one
+    std::string mode;             ///< "replay" | "repeated_motion" | "closed_loop" | "work_precision" | "paced" |
+                                  ///< "cost_by_size" | "against" | "resolution" | "hard_case" | "metamorphic" |
+                                  ///< "external"
+    std::string scene;            ///< scene name
+    std::string scene_file;       ///< relative to the study file
+    std::string scene_hash;       ///< 16 hex digits
+    std::string pair_class;       ///< "I2I", "I2R", "I2T", "R2T", "T2T"
+    std::string detector;         ///< NAME[:key=value…]
+    std::string response;         ///< empty in replay
+    std::string contacts;         ///< contact generator; empty in replay, but on generated scenes
+    std::string stepper = {};     ///< empty: the default one
+    std::string against = {};     ///< second stepper of the run (simulate/against.hpp); empty: none
     std::string device = {};      ///< "key=value,…" with all settings; empty in replay, else the default one
     std::string setting;          ///< "default" | "recommended" | "tuned" | "reading"
     std::int64_t repetition = 0;  ///< process number

@@ -19,6 +19,7 @@
 #include "geometry/whole_file.hpp"
 #include "scene/json_node.hpp"
 #include "scene/mesh_bodies.hpp"
+#include "scene/recording.hpp"
 
 namespace trocar {
 namespace {
@@ -442,12 +443,6 @@ private:
     std::int64_t tick_ = 0;
     Matrix3X read_;
 };
-
-bool is_recording(const path& file) {
-    std::string magic(8, '\0');
-    std::ifstream stream = open_input(file, "frames");
-    return stream.read(magic.data(), 8) && magic == "TROCREC1";
-}
 
 }  // namespace
 

@@ -116,11 +116,12 @@ private:
         const bool both = py::isinstance<py::tuple>(answer) && py::len(answer) == 2;
         const Index count = topology_->triangle_count();
         contacts.pairs = pairs_from(both ? py::object(answer[py::int_(0)]) : answer, "pairs", count);
-        contacts.sort_pairs();
-        if (!has_query_distance_ || query_distance_ == 0.0) return;
-        if (!both) throw InputError("detect", "", "a tuple (pairs, near) at a query distance above 0", "pairs alone");
-        contacts.near = pairs_from(answer[py::int_(1)], "near", count);
-        contacts.sort_near();
+        if (has_query_distance_ && query_distance_ != 0.0) {
+            if (!both)
+                throw InputError("detect", "", "a tuple (pairs, near) at a query distance above 0", "pairs alone");
+            contacts.near = pairs_from(answer[py::int_(1)], "near", count);
+        }
+        contacts.sort();
     }
 
     Instance object_;

@@ -122,27 +122,20 @@ private:
 };
 
 app::MethodChoice choice_of(const std::string& detector, const std::string& contacts, const std::string& response,
-                            const std::string& stepper, const std::string& device,
-                            std::optional<double> query_distance_margin) {
-    return {.detector = detector,
-            .response = response,
-            .contacts = contacts,
-            .stepper = stepper,
-            .device = device,
-            .query_distance_margin = query_distance_margin};
+                            const std::string& stepper, const std::string& device) {
+    return {.detector = detector, .response = response, .contacts = contacts, .stepper = stepper, .device = device};
 }
 
 std::shared_ptr<Run> run(const std::filesystem::path& file, const std::string& detector, const std::string& contacts,
                          const std::string& response, const std::string& stepper, const std::string& device,
-                         std::optional<std::int64_t> ticks, std::optional<double> query_distance_margin,
-                         std::int64_t truth_stride, const OptionalPath& data) {
+                         std::optional<std::int64_t> ticks, std::int64_t truth_stride, const OptionalPath& data) {
     app::check_ticks(ticks);
     if (truth_stride < 0) throw InputError("truth_stride", "", "an integer >= 0", fmt::format("{}", truth_stride));
     auto result = std::make_shared<Run>();
     Interruption interruption;
     {
         const Computing computing;
-        RunSpec spec = app::spec_of(choice_of(detector, contacts, response, stepper, device, query_distance_margin));
+        RunSpec spec = app::spec_of(choice_of(detector, contacts, response, stepper, device));
         spec.truth_stride = truth_stride;
         const Scene scene = read_scene(app::find_scene(file), data_folder(data));
         app::set_scene(scene, ticks, spec);
@@ -256,11 +249,9 @@ private:
 std::unique_ptr<SteppedSimulation> make_simulation(const std::filesystem::path& file, const std::string& detector,
                                                    const std::string& contacts, const std::string& response,
                                                    const std::string& stepper, const std::string& device,
-                                                   std::optional<double> query_distance_margin,
                                                    const OptionalPath& data) {
     const Computing computing;
-    return std::make_unique<SteppedSimulation>(
-        file, choice_of(detector, contacts, response, stepper, device, query_distance_margin), data);
+    return std::make_unique<SteppedSimulation>(file, choice_of(detector, contacts, response, stepper, device), data);
 }
 
 /// Read-only property: positions of one of the simulation's frames.
@@ -328,8 +319,7 @@ Names and units are those of trocar.Result.columns. A number that is not known i
 
     py::class_<SteppedSimulation> simulation(module, "Simulation");
     simulation.def(py::init(&make_simulation), py::arg("scene"), py::arg("detector"), py::arg("contacts"),
-                   py::arg("response"), py::arg("stepper"), py::arg("device"), py::arg("query_distance_margin"),
-                   py::arg("data"));
+                   py::arg("response"), py::arg("stepper"), py::arg("device"), py::arg("data"));
     simulation.def("step", &SteppedSimulation::step);
     add_positions(simulation, "positions", &Simulation::frame, &Frame::position);
     add_positions(simulation, "velocities", &Simulation::frame, &Frame::velocity);

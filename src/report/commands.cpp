@@ -24,7 +24,6 @@ std::string options_of(const RunSpec& spec) {
     std::string text = fmt::format(" --detector {} --response {} --contacts {} --ticks {}", spec.detector,
                                    spec.response, spec.contacts, spec.ticks);
     if (!spec.stepper.empty()) text += " --stepper " + spec.stepper;
-    if (!spec.query_distance_margin.empty()) text += " --query-distance-margin " + spec.query_distance_margin;
     if (!spec.device.empty()) text += " --device " + spec.device;
     return text;
 }

@@ -15,10 +15,6 @@ CollisionClass collision_class(BodyKind a, BodyKind b) {
     return a == BodyKind::rigid ? CollisionClass::rigid_tissue : CollisionClass::tissue_tissue;
 }
 
-Vector3 operator_velocity(const Frame& frame, double dt, Index body) {
-    return at(body) < frame.operator_motion.size() ? Vector3(frame.operator_motion[at(body)] / dt) : Vector3::Zero();
-}
-
 double scripted_rate(const Topology& topology, const Frame& frame, double dt, const ContactForceLaw& contact) {
     double rate = 0.0;
     for (std::size_t i = 0; i < 3; ++i) {
@@ -26,12 +22,12 @@ double scripted_rate(const Topology& topology, const Frame& frame, double dt, co
         if (vertex < 0 || contact.weights[i] == 0.0) continue;
         const Index body = topology.body_of_vertex(vertex);
         if (topology.bodies[at(body)].kind == BodyKind::tissue) continue;
-        const Vector3 velocity = frame.velocity.col(vertex) - operator_velocity(frame, dt, body);
+        const Vector3 velocity = frame.velocity.col(vertex) - frame.operator_velocity(body, dt);
         rate += contact.weights[i] * velocity.dot(contact.normal);
     }
     if (any_vertex(contact.reaction_vertices) >= 0) return rate;  // tissue
     rate -= contact.face_velocity;
-    if (contact.reaction_body >= 0) rate += operator_velocity(frame, dt, contact.reaction_body).dot(contact.normal);
+    if (contact.reaction_body >= 0) rate += frame.operator_velocity(contact.reaction_body, dt).dot(contact.normal);
     return rate;
 }
 

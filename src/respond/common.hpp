@@ -33,8 +33,6 @@ inline constexpr double rigid_stiffness = 1000.0;
 /// ResponseEntry::without_tissue of responses that use penalty springs between bodies without mass.
 inline constexpr const char* acts_as_penalty = "acts as penalty between bodies without tissue";
 
-/// m/s, translation of a body by its operator in the last tick; zero for bodies without operator.
-Vector3 operator_velocity(const Frame& frame, double dt, Index body);
 /// m/s, rate at which scripted motion alone opens the gap of a contact. It is the rate by the frame's velocities and
 /// face_velocity, without the parts of tissue and operators.
 double scripted_rate(const Topology& topology, const Frame& frame, double dt, const ContactForceLaw& contact);

@@ -105,8 +105,7 @@ void ContactLaws::finish_on_tissue(Index tissue, const Vector3& other_velocity, 
     linear.friction = settings_.friction;
     linear.tangent_k = settings_.friction_k;
     linear.surface_velocity = other_velocity;
-    const auto heaviest = std::max_element(linear.weights.begin(), linear.weights.end());
-    linear.slip_key = linear.vertices[static_cast<std::size_t>(heaviest - linear.weights.begin())];
+    linear.slip_key = ContactPoint{linear.vertices, linear.weights}.heaviest();
 }
 
 std::optional<ForceLawValues> ContactLaws::values_in_force(double on_tissue) const {

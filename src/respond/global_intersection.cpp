@@ -18,6 +18,7 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/exact.hpp"
 #include "method/entry.hpp"
 #include "respond/common.hpp"
 #include "respond/intersection_regions.hpp"
@@ -144,7 +145,7 @@ private:
         Vector3 sum = Vector3::Zero();
         double area = 0.0;
         for (const Index t : patch_) {
-            const Vector3 normal = area_normal(*topology_, frame.position, t);
+            const Vector3 normal = area_normal(corners_of(topology_->triangles, frame.position, t));
             sum += normal;
             area += normal.norm();
         }
@@ -154,7 +155,7 @@ private:
         for (const Index v : contour.inside_a) towards += frame.position.col(v) - contour.centre;
         if (contour.inside_a.empty()) {
             for (const Index p : regions_.pairs_of(contour)) {
-                towards += area_normal(*topology_, frame.position, pairs[at(p)].a);
+                towards += area_normal(corners_of(topology_->triangles, frame.position, pairs[at(p)].a));
             }
         }
         const Vector3 axis = sum.normalized();

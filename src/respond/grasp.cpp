@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "respond/tissue_scale.hpp"
+#include "scene/mesh_bodies.hpp"
 
 namespace trocar {
 namespace {
@@ -31,21 +32,11 @@ void Grasp::prepare(const Topology& topology, const Materials& materials, const 
         group_of_body_[at(b)] = static_cast<Index>(found - groups_.begin());
         if (found == groups_.end()) groups_.push_back({.body = b, .name = body.instrument});
     }
-    // Connected components by union-find over the triangles.
-    piece_.resize(at(topology.vertex_count));
-    for (Index v = 0; v < topology.vertex_count; ++v) piece_[at(v)] = v;
-    const auto root = [this](Index v) {
-        while (piece_[at(v)] != v) v = piece_[at(v)] = piece_[at(piece_[at(v)])];
-        return v;
-    };
+    const std::vector<Index> component = component_of_triangle(topology.triangles, topology.vertex_count);
+    piece_.assign(at(topology.vertex_count), -1);
     for (Index t = 0; t < topology.triangle_count(); ++t) {
-        for (int i = 1; i < 3; ++i) {
-            const Index first = root(topology.triangles(0, t));
-            const Index other = root(topology.triangles(i, t));
-            piece_[at(std::max(first, other))] = std::min(first, other);
-        }
+        for (int i = 0; i < 3; ++i) piece_[at(topology.triangles(i, t))] = component[at(t)];
     }
-    for (Index v = 0; v < topology.vertex_count; ++v) piece_[at(v)] = root(v);
     holder_.assign(at(topology.vertex_count), -1);
     held_.clear();
     held_.reserve(groups_.size() * most_vertices);
@@ -176,7 +167,7 @@ void Grasp::pull(const Materials& materials, const Frame& frame, const GraspedVe
     const Vector3 offset = place - frame.position.col(held.vertex);
     const Vector3 speed = target_velocity(frame, held, dt);
     // The target includes this tick's scripted motion; the gap refers to the start of the tick.
-    const Vector3 scripted = (speed - operator_velocity(frame, dt, body_of(held.group))) * dt;
+    const Vector3 scripted = (speed - frame.operator_velocity(body_of(held.group), dt)) * dt;
     for (int axis = 0; axis < 3; ++axis) {
         ContactForceLaw linear;
         linear.vertices = {held.vertex, -1, -1};

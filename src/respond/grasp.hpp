@@ -79,7 +79,7 @@ private:
     GraspSettings settings_;
     std::vector<Group> groups_;
     std::vector<Index> group_of_body_;  ///< -1: not an instrument
-    std::vector<Index> piece_;          ///< N; smallest vertex of the connected component
+    std::vector<Index> piece_;          ///< N; connected component, -1: in no triangle
     std::vector<Index> holder_;         ///< N; group or -1
     std::vector<double> touching_;      ///< m, per body: largest gap at which a feature touches
     std::vector<GraspedVertex> held_;

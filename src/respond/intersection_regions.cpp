@@ -1,7 +1,6 @@
 #include "respond/intersection_regions.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "geometry/exact.hpp"
 
@@ -51,7 +50,7 @@ void IntersectionRegions::pierce(const Topology& topology, const Frame& frame, I
         if (side_of_face(topology, x, face, p) == side_of_face(topology, x, face, q)) continue;
         const int first = side_of_edge(x, p, q, c[0], c[1]);
         if (side_of_edge(x, p, q, c[1], c[2]) != first || side_of_edge(x, p, q, c[2], c[0]) != first) continue;
-        const Vector3 normal = area_normal(topology, x, face);
+        const Vector3 normal = area_normal(corners_of(topology.triangles, x, face));
         const double height_p = normal.dot(x.col(p) - x.col(c[0]));
         const double height_q = normal.dot(x.col(q) - x.col(c[0]));
         const double share = height_p == height_q ? 0.5 : std::clamp(height_p / (height_p - height_q), 0.0, 1.0);
@@ -71,14 +70,6 @@ Vector3 IntersectionRegions::centre_of(const IntersectionContour& contour) const
         sum += 0.5 * length * (from + to);
     }
     return total > 0.0 ? Vector3(sum / total) : sum;
-}
-
-Index IntersectionRegions::root(Index pair) {
-    while (parent_[at(pair)] != pair) {
-        parent_[at(pair)] = parent_[at(parent_[at(pair)])];
-        pair = parent_[at(pair)];
-    }
-    return pair;
 }
 
 bool IntersectionRegions::is_cut(Index a, Index b) const {
@@ -129,8 +120,7 @@ void IntersectionRegions::find(const Topology& topology, const SurfaceNeighbours
                                const std::vector<TrianglePair>& pairs) {
     const auto count = static_cast<Index>(pairs.size());
     piercings_.clear();
-    parent_.resize(pairs.size());
-    std::iota(parent_.begin(), parent_.end(), Index{0});
+    connected_.reset(count);
     open_.assign(pairs.size(), 0);
     segment_.assign(pairs.size(), {Vector3::Zero(), Vector3::Zero()});
     contour_of_.assign(pairs.size(), -1);
@@ -158,27 +148,27 @@ void IntersectionRegions::find(const Topology& topology, const SurfaceNeighbours
         while (end < piercings_.size() && same(piercings_[end])) ++end;
         for (std::size_t k = i; k < end; ++k) {
             if (end - i != 2) open_[at(piercings_[k].pair)] = 1;  // a boundary edge, a false negative, or not manifold
-            parent_[at(root(piercings_[k].pair))] = root(piercings_[i].pair);
+            connected_.merge(piercings_[k].pair, piercings_[i].pair);
         }
         i = end;
     }
     for (const Index p : order_) {
-        if (open_[at(p)] != 0) open_[at(root(p))] = 1;
+        if (open_[at(p)] != 0) open_[at(connected_.find(p))] = 1;
     }
     std::sort(order_.begin(), order_.end(), [this](Index a, Index b) {
-        const Index first = root(a);
-        const Index second = root(b);
+        const Index first = connected_.find(a);
+        const Index second = connected_.find(b);
         return first != second ? first < second : a < b;
     });
     for (std::size_t i = 0; i < order_.size();) {
-        const Index here = root(order_[i]);
+        const Index here = connected_.find(order_[i]);
         if (used_ == contours_.size()) contours_.emplace_back();
         IntersectionContour& contour = contours_[used_];
         contour.body_a = topology.body_of_triangle[at(pairs[at(order_[i])].a)];
         contour.body_b = topology.body_of_triangle[at(pairs[at(order_[i])].b)];
         contour.closed = open_[at(here)] == 0;
         contour.pairs.first = static_cast<Index>(i);
-        while (i < order_.size() && root(order_[i]) == here) {
+        while (i < order_.size() && connected_.find(order_[i]) == here) {
             contour_of_[at(order_[i])] = static_cast<Index>(used_);
             ++i;
         }

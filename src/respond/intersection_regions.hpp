@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "contact/contact_set.hpp"
+#include "geometry/disjoint_sets.hpp"
 #include "respond/surface.hpp"
 #include "scene/world.hpp"
 
@@ -57,15 +58,14 @@ private:
 
     void pierce(const Topology& topology, const Frame& frame, Index edges_of, Index face, Index pair);
     [[nodiscard]] Vector3 centre_of(const IntersectionContour& contour) const;
-    Index root(Index pair);
     /// Collects the smaller region beside the cut edges; false if the cut does not separate.
     bool fill(const Topology& topology, const SurfaceNeighbours& surface, std::vector<Index>& inside);
     [[nodiscard]] bool is_cut(Index a, Index b) const;
 
     std::vector<Piercing> piercings_;
     std::vector<std::array<Vector3, 2>> segment_;  ///< per pair: segment of the curve
-    std::vector<Index> parent_;
-    std::vector<std::uint8_t> open_;  ///< per pair; of the root: the curve is open
+    DisjointSets connected_;                       ///< pairs by curve
+    std::vector<std::uint8_t> open_;               ///< per pair; of the representative: the curve is open
     std::vector<Index> order_;
     std::vector<Index> contour_of_;
     std::vector<IntersectionContour> contours_;

@@ -23,8 +23,7 @@ bool describe_features(const Contact& contact, PointContact& out) {
     out.of_vertex = contact.kind == ContactCase::point_face;
     const bool vertex_of_a = out.of_vertex && out.a.weights[0] == 1.0;
     const ContactPoint& stands = vertex_of_a ? out.a : out.b;
-    const auto heaviest = std::max_element(stands.weights.begin(), stands.weights.end());
-    out.vertex = stands.vertices[static_cast<std::size_t>(heaviest - stands.weights.begin())];
+    out.vertex = stands.heaviest();
     out.other = vertex_of_a ? out.body_b : out.body_a;
     return true;
 }
@@ -62,8 +61,7 @@ bool describe(const Topology& topology, const Frame& frame, const Contact& conta
         out.vertex = contact.vertex_a;
         out.other = out.body_b;
     } else {
-        const auto heaviest = std::max_element(out.b.weights.begin(), out.b.weights.end());
-        out.vertex = out.b.vertices[static_cast<std::size_t>(heaviest - out.b.weights.begin())];
+        out.vertex = out.b.heaviest();
         out.other = out.body_a;
     }
     return true;

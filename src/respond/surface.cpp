@@ -2,24 +2,15 @@
 
 #include <cmath>
 
-namespace trocar {
-Vector3 area_normal(const Topology& topology, const Matrix3X& position, Index triangle) {
-    const auto corner = topology.triangles.col(triangle);
-    const Vector3 origin = position.col(corner[0]);
-    return (position.col(corner[1]) - origin).cross(position.col(corner[2]) - origin);
-}
+#include "geometry/exact.hpp"
 
+namespace trocar {
 void SurfaceNeighbours::prepare(const Topology& topology) {
-    first_.assign(at(topology.vertex_count) + 1, 0);
-    for (Index t = 0; t < topology.triangle_count(); ++t) {
-        for (int i = 0; i < 3; ++i) ++first_[at(topology.triangles(i, t)) + 1];
-    }
-    for (std::size_t v = 1; v < first_.size(); ++v) first_[v] += first_[v - 1];
-    triangle_.assign(at(first_.back()), -1);
-    std::vector<Index> next(first_.begin(), first_.end() - 1);
-    for (Index t = 0; t < topology.triangle_count(); ++t) {
-        for (int i = 0; i < 3; ++i) triangle_[at(next[at(topology.triangles(i, t))]++)] = t;
-    }
+    triangles_.fill(topology.vertex_count, [&topology](const auto& act) {
+        for (Index t = 0; t < topology.triangle_count(); ++t) {
+            for (int i = 0; i < 3; ++i) act(topology.triangles(i, t), t);
+        }
+    });
     area_.clear();
 }
 
@@ -27,21 +18,21 @@ void SurfaceNeighbours::measure(const Topology& topology, const Matrix3X& positi
     if (!area_.empty()) return;
     area_.assign(at(topology.vertex_count), 0.0);
     for (Index t = 0; t < topology.triangle_count(); ++t) {
-        const double third = area_normal(topology, position, t).norm() / 6.0;
+        const double third = area_normal(corners_of(topology.triangles, position, t)).norm() / 6.0;
         for (int i = 0; i < 3; ++i) area_[at(topology.triangles(i, t))] += third;
     }
 }
 
 Vector3 SurfaceNeighbours::vertex_normal(const Topology& topology, const Matrix3X& position, Index vertex) const {
     Vector3 sum = Vector3::Zero();
-    for (const Index t : triangles_at(vertex)) sum += area_normal(topology, position, t);
+    for (const Index t : triangles_at(vertex)) sum += area_normal(corners_of(topology.triangles, position, t));
     const double length = sum.norm();
     return length > 0.0 ? Vector3(sum / length) : Vector3::Zero();
 }
 
 Vector3 SurfaceNeighbours::blended_normal(const Topology& topology, const Matrix3X& position, Index triangle,
                                           const Vector3& weights) const {
-    Vector3 face = area_normal(topology, position, triangle);
+    Vector3 face = area_normal(corners_of(topology.triangles, position, triangle));
     const double size = face.norm();
     if (size > 0.0) face /= size;
     const bool bends = topology.bodies[at(topology.body_of_triangle[at(triangle)])].kind == BodyKind::tissue;
@@ -56,7 +47,7 @@ Vector3 SurfaceNeighbours::blended_normal(const Topology& topology, const Matrix
         }
         Vector3 corner = Vector3::Zero();
         for (const Index t : triangles_at(vertex)) {
-            const Vector3 normal = area_normal(topology, position, t);
+            const Vector3 normal = area_normal(corners_of(topology.triangles, position, t));
             if (normal.dot(face) >= crease * normal.norm()) corner += normal;
         }
         const double length = corner.norm();

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/index_lists.hpp"
 #include "geometry/types.hpp"
 #include "scene/world.hpp"
 
@@ -14,10 +15,7 @@ public:
     void prepare(const Topology& topology);
     /// Computes areas at the first call; later calls have no effect.
     void measure(const Topology& topology, const Matrix3X& position);
-    [[nodiscard]] std::span<const Index> triangles_at(Index vertex) const {
-        const auto v = static_cast<std::size_t>(vertex);
-        return {triangle_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
-    }
+    [[nodiscard]] std::span<const Index> triangles_at(Index vertex) const { return triangles_.of(vertex); }
     /// One third of the adjacent triangles' area when measured, m².
     [[nodiscard]] double area(Index vertex) const { return area_[static_cast<std::size_t>(vertex)]; }
     /// Unit, area-weighted mean of the adjacent outer normals; zero where they cancel.
@@ -29,12 +27,8 @@ public:
                                          const Vector3& weights) const;
 
 private:
-    std::vector<Index> first_;  ///< N + 1
-    std::vector<Index> triangle_;
+    IndexLists triangles_;  ///< by vertex
     std::vector<double> area_;
 };
-
-/// Outer normal times twice the area, m².
-Vector3 area_normal(const Topology& topology, const Matrix3X& position, Index triangle);
 
 }  // namespace trocar

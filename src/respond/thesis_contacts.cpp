@@ -9,11 +9,6 @@ namespace {
 
 bool names_vertex(const ContactPoint& point) { return point.weights[0] == 1.0; }
 
-Index heaviest(const ContactPoint& point) {
-    const auto found = std::max_element(point.weights.begin(), point.weights.end());
-    return point.vertices[static_cast<std::size_t>(found - point.weights.begin())];
-}
-
 /// m, after this tick's scripted motion.
 double depth_of_features(const Contact& contact) { return -(contact.gap + contact.approach); }
 
@@ -63,7 +58,7 @@ VertexInFace read_point_face(const Contact& contact) {
     v.vertex_body = b_enters ? contact.body_b : contact.body_a;
     v.face_body = b_enters ? contact.body_a : contact.body_b;
     v.face = b_enters ? contact.on_a : contact.on_b;
-    v.nearest = heaviest(v.face);
+    v.nearest = v.face.heaviest();
     v.normal = b_enters ? contact.normal : Vector3(-contact.normal);
     v.depth = depth_of_features(contact);
     v.distance = v.depth;
@@ -98,11 +93,11 @@ CrossedEdges read_edge_edge(const ThesisState& state, const Contact& contact) {
             .body_b = contact.body_b,
             .a = a,
             .b = b,
-            .vertex_a = heaviest(a),
-            .vertex_b = heaviest(b),
+            .vertex_a = a.heaviest(),
+            .vertex_b = b.heaviest(),
             .direction = contact.normal,
             .depth = depth_of_features(contact),
-            .stiffness = tissue ? state.materials->mean_stiffness[at(heaviest(b))] : 0.0,
+            .stiffness = tissue ? state.materials->mean_stiffness[at(b.heaviest())] : 0.0,
             .place = contact.point};
 }
 

@@ -3,36 +3,23 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numeric>
 
+#include "geometry/disjoint_sets.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/size_limits.hpp"
 
 namespace trocar {
-namespace {
-
-Index root_of(std::vector<Index>& parent, Index vertex) {
-    while (parent[at(vertex)] != vertex) {
-        parent[at(vertex)] = parent[at(parent[at(vertex)])];
-        vertex = parent[at(vertex)];
-    }
-    return vertex;
-}
-
-}  // namespace
-
 std::vector<Index> component_of_triangle(const Triangles& triangles, Index vertices) {
     const auto count = static_cast<Index>(triangles.cols());
-    std::vector<Index> parent(at(vertices));
-    std::iota(parent.begin(), parent.end(), Index{0});
+    DisjointSets connected(vertices);
     for (Index t = 0; t < count; ++t) {
-        for (int k = 1; k < 3; ++k) parent[at(root_of(parent, triangles(k, t)))] = root_of(parent, triangles(0, t));
+        for (int k = 1; k < 3; ++k) connected.merge(triangles(k, t), triangles(0, t));
     }
     std::vector<Index> component_of_root(at(vertices), -1);
     std::vector<Index> component(at(count));
     Index components = 0;
     for (Index t = 0; t < count; ++t) {
-        Index& own = component_of_root[at(root_of(parent, triangles(0, t)))];
+        Index& own = component_of_root[at(connected.find(triangles(0, t)))];
         if (own < 0) own = components++;
         component[at(t)] = own;
     }

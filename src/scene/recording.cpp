@@ -156,6 +156,12 @@ Header read_header(const JsonNode& node) {
 
 }  // namespace
 
+bool is_recording(const std::filesystem::path& file) {
+    std::string word(magic.size(), '\0');
+    std::ifstream stream = open_input(file, "a readable file");
+    return stream.read(word.data(), static_cast<std::streamsize>(word.size())) && word == magic;
+}
+
 RecordingReader::RecordingReader(const std::filesystem::path& file) : file_(file.string()) {
     stream_ = open_input(file, "a recording file");
     const auto size = static_cast<std::int64_t>(std::filesystem::file_size(file));

@@ -16,6 +16,9 @@
 
 namespace trocar {
 
+/// Whether the file begins as a recording does. Throws InputError when it cannot be read.
+bool is_recording(const std::filesystem::path& file);
+
 /// Reads the header at construction and frames on demand.
 class RecordingReader {
 public:

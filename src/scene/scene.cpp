@@ -683,11 +683,6 @@ std::uint64_t hash_of(const Scene& scene) {
     return hash.value();
 }
 
-std::optional<Device> device_of(const std::optional<Motion>& motion) {
-    if (!motion || motion->drive != Drive::simulated_operator) return std::nullopt;
-    return Device{.mass = motion->coupling.mass, .damping = motion->coupling.damping};
-}
-
 }  // namespace
 
 Scene read_scene(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
@@ -745,7 +740,6 @@ Scene read_scene(const std::filesystem::path& file, const std::optional<std::fil
         scene.first.pose.push_back(pose);
         scene.materials.trocar_point.push_back(plans[b].trocar);
         scene.materials.tip.push_back(plans[b].tip);
-        scene.materials.device.push_back(device_of(body.motion));
         scene.bodies.push_back(std::move(body));
     }
     scene.first.previous = scene.first.position;

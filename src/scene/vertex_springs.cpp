@@ -4,19 +4,12 @@
 
 namespace trocar {
 void VertexSprings::prepare(const Topology& topology, const Materials& materials) {
-    first_.assign(at(topology.vertex_count) + 1, 0);
-    for (const Spring& spring : materials.springs) {
-        ++first_[at(spring.i) + 1];
-        ++first_[at(spring.j) + 1];
-    }
-    for (std::size_t v = 1; v < first_.size(); ++v) first_[v] += first_[v - 1];
-    spring_.assign(at(first_.back()), -1);
-    std::vector<Index> next(first_.begin(), first_.end() - 1);
-    for (std::size_t s = 0; s < materials.springs.size(); ++s) {
-        const Spring& spring = materials.springs[s];
-        spring_[at(next[at(spring.i)]++)] = static_cast<Index>(s);
-        spring_[at(next[at(spring.j)]++)] = static_cast<Index>(s);
-    }
+    springs_.fill(topology.vertex_count, [&materials](const auto& act) {
+        for (std::size_t s = 0; s < materials.springs.size(); ++s) {
+            act(materials.springs[s].i, static_cast<Index>(s));
+            act(materials.springs[s].j, static_cast<Index>(s));
+        }
+    });
 }
 
 double VertexSprings::largest_strain(const Materials& materials, const Matrix3X& position, Index vertex) const {

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "geometry/index_lists.hpp"
 #include "geometry/types.hpp"
 #include "scene/world.hpp"
 
@@ -14,16 +15,12 @@ class VertexSprings {
 public:
     void prepare(const Topology& topology, const Materials& materials);
     /// Indices of the springs at a vertex.
-    [[nodiscard]] std::span<const Index> of(Index vertex) const {
-        const auto v = static_cast<std::size_t>(vertex);
-        return {spring_.data() + first_[v], static_cast<std::size_t>(first_[v + 1] - first_[v])};
-    }
+    [[nodiscard]] std::span<const Index> of(Index vertex) const { return springs_.of(vertex); }
     /// Largest strain (1 = doubled length) of the springs at a vertex; 0 without any.
     [[nodiscard]] double largest_strain(const Materials& materials, const Matrix3X& position, Index vertex) const;
 
 private:
-    std::vector<Index> first_;  ///< N + 1
-    std::vector<Index> spring_;
+    IndexLists springs_;  ///< by vertex
 };
 
 /// m, mean rest length of all springs. Precondition: there is one.

@@ -93,6 +93,10 @@ struct Frame {
     /// scripted motion within this tick. Empty: scripts only.
     std::vector<Vector3> operator_motion = {};
 
+    /// m/s, translation of a body by its operator in the last tick; zero for bodies without operator.
+    [[nodiscard]] Vector3 operator_velocity(Index body, double dt) const {
+        return at(body) < operator_motion.size() ? Vector3(operator_motion[at(body)] / dt) : Vector3::Zero();
+    }
     /// 64-bit FNV-1a over the bits of `position` and the tick; equal frames have equal hashes on every machine.
     [[nodiscard]] std::uint64_t hash() const;
     [[nodiscard]] bool all_finite() const { return position.allFinite(); }
@@ -122,13 +126,6 @@ struct ContactLaw {
     double mu = std::numeric_limits<double>::quiet_NaN();  ///< N s/m, viscous
 };
 
-/// Device of an operator, as responses see it. Its body yields to contact, and its step follows the tissue's step. A
-/// scripted body has already moved when the response runs.
-struct Device {
-    double mass = 0.0;     ///< kg, apparent
-    double damping = 0.0;  ///< N s/m, of the device itself
-};
-
 /// Material data as flat arrays, so that responses do not depend on the tissue model. Arrays cover all N vertices;
 /// entries of other vertices are 0 (mass 0 = kinematic). Empty when the scene has no tissue.
 struct Materials {
@@ -147,8 +144,6 @@ struct Materials {
     /// Trocar (fulcrum) point of each body, if it has one (m, world), and tip point (m, body frame).
     std::vector<std::optional<Vector3>> trocar_point;
     std::vector<Vector3> tip;
-    /// per body: device of its operator, absent: a script; empty: scripts only
-    std::vector<std::optional<Device>> device;
 
     /// The integrator moves this vertex: it has mass and is not pinned.
     [[nodiscard]] bool is_free(Index vertex) const {

@@ -6,10 +6,12 @@
 #include <numeric>
 
 #include "geometry/fnv_hash.hpp"
+#include "geometry/pair_file.hpp"
 #include "geometry/random.hpp"
 #include "measure/metrics.hpp"
 #include "measure/pair_truth.hpp"
 #include "method/registry.hpp"
+#include "scene/mesh_pair.hpp"
 #include "simulate/process_clock.hpp"
 
 namespace trocar {
@@ -17,8 +19,7 @@ namespace {
 
 /// The right answer at one frame.
 struct ExternalTruth {
-    std::vector<TrianglePair> pairs;
-    std::vector<Index> touching;           ///< positions in `pairs`
+    TickTruth meeting;
     std::vector<TrianglePair> beginnings;  ///< sorted; of a data set with a motion
 };
 
@@ -53,8 +54,7 @@ public:
         const std::size_t first = data_.meeting ? 1 : 0;
         for (std::size_t k = first; k < data_.frames.size(); ++k) {
             ExternalTruth& truth = truth_.emplace_back();
-            true_pairs(data_.topology, data_.frames[k], truth.pairs);
-            truth.touching = touching_pairs(data_.topology, data_.frames[k], truth.pairs);
+            truth.meeting = truth_of(data_.topology, data_.frames[k]);
             if (data_.meeting) truth.beginnings = beginnings_of(data_);
         }
         std::vector<std::size_t> order(asked_.size());
@@ -125,12 +125,7 @@ private:
 
     void judge(const ExternalTruth& truth, Asked& asked, StepRow& row) const {
         const ContactSet& contacts = asked.contacts;
-        const PairErrors errors = compare_pairs(contacts.pairs, truth.pairs, truth.touching);
-        row.true_pairs = static_cast<std::int64_t>(truth.pairs.size());
-        row.true_touch = static_cast<std::int64_t>(truth.touching.size());
-        row.false_negatives = errors.false_negatives;
-        row.false_positives = errors.false_positives;
-        row.false_negatives_touch = errors.false_negatives_touch;
+        judge_pairs(truth.meeting, contacts.pairs, row);
         if (!data_.meeting) return;
         std::vector<TrianglePair> between;
         between.reserve(contacts.swept.size());
@@ -156,29 +151,20 @@ private:
     std::vector<Asked> asked_;
 };
 
-}  // namespace
+/// One detector on questions with known answers, each in a world of its own.
+class QueryRun {
+public:
+    explicit QueryRun(const RunSpec& spec) : spec_(spec), record_(started_record(spec)) {}
 
-std::vector<Record> run_external(const ExternalFrames& data, std::span<const RunSpec> specs,
-                                 const std::function<void(std::size_t)>& turn) {
-    return specs.empty() ? std::vector<Record>{} : ExternalTurns(data, specs, turn).run();
-}
-
-Record run_ccd_queries(const std::filesystem::path& file, const RunSpec& spec) {
-    Record record = started_record(spec);
-    double collide = 0.0;
-    double false_negatives = 0.0;
-    double false_positives = 0.0;
-    double failed = 0.0;
-    const std::vector<ContinuousQuery> queries = read_ccd_queries(file);
-    for (const ContinuousQuery& query : queries) {
-        collide += query.collides ? 1.0 : 0.0;
+    /// The pair is found when it is reported at one of the frames or between them.
+    void ask(const Topology& topology, std::initializer_list<const Frame*> frames, bool collides) {
         ContactSet contacts;
         contacts.native_wanted = false;
         bool found = false;
+        const std::unique_ptr<Detector> detector = make_detector(spec_.detector);
         try {
-            const std::unique_ptr<Detector> detector = make_detector(spec.detector);
-            detector->prepare(query.start.topology, query.start.frame);
-            for (const Frame* frame : {&query.start.frame, &query.end}) {
+            detector->prepare(topology, **frames.begin());
+            for (const Frame* frame : frames) {
                 if (!contacts.outcome.ok()) break;
                 detector->update(*frame, 0.0);
                 detector->detect(*frame, contacts);
@@ -187,20 +173,68 @@ Record run_ccd_queries(const std::filesystem::path& file, const RunSpec& spec) {
         } catch (const std::exception& error) {
             contacts.outcome = {OutcomeKind::threw, error.what()};
         }
+        ++asked_;
+        colliding_ += collides ? 1 : 0;
         if (!contacts.outcome.ok()) {
-            failed += 1.0;
-            if (record.outcome.ok()) record.outcome = contacts.outcome;
-            continue;
+            ++failed_;
+            if (record_.outcome.ok()) record_.outcome = contacts.outcome;
+            return;
         }
-        false_negatives += query.collides && !found ? 1.0 : 0.0;
-        false_positives += !query.collides && found ? 1.0 : 0.0;
+        false_negatives_ += collides && !found ? 1 : 0;
+        false_positives_ += !collides && found ? 1 : 0;
     }
-    record.summary = {{Metric::judged_ticks, static_cast<double>(queries.size())},
-                      {Metric::true_pairs, collide},
-                      {Metric::false_negatives, false_negatives},
-                      {Metric::false_positives, false_positives},
-                      {Metric::failed_ticks, failed}};
-    return record;
+
+    Record finish() {
+        record_.summary = {{Metric::judged_ticks, asked_},
+                           {Metric::true_pairs, colliding_},
+                           {Metric::false_negatives, false_negatives_},
+                           {Metric::false_positives, false_positives_},
+                           {Metric::failed_ticks, failed_}};
+        return std::move(record_);
+    }
+
+private:
+    const RunSpec& spec_;
+    Record record_;
+    double asked_ = 0.0;
+    double colliding_ = 0.0;
+    double false_negatives_ = 0.0;
+    double false_positives_ = 0.0;
+    double failed_ = 0.0;
+};
+
+Mesh mesh_of(const Corners& corners) {
+    Mesh one;
+    one.vertices.resize(3, 3);
+    for (int k = 0; k < 3; ++k) one.vertices.col(k) = corners[static_cast<std::size_t>(k)];
+    one.triangles.resize(3, 1);
+    one.triangles << 0, 1, 2;
+    return one;
+}
+
+}  // namespace
+
+std::vector<Record> run_external(const ExternalFrames& data, std::span<const RunSpec> specs,
+                                 const std::function<void(std::size_t)>& turn) {
+    return specs.empty() ? std::vector<Record>{} : ExternalTurns(data, specs, turn).run();
+}
+
+Record run_ccd_queries(const std::filesystem::path& file, const RunSpec& spec) {
+    QueryRun run(spec);
+    for (const ContinuousQuery& query : read_ccd_queries(file)) {
+        run.ask(query.start.topology, {&query.start.frame, &query.end}, query.collides);
+    }
+    return run.finish();
+}
+
+Record run_pair_family(const std::filesystem::path& file, const RunSpec& spec) {
+    QueryRun run(spec);
+    for (const PairLine& line : read_pair_file(file)) {
+        if (!line.truth) continue;
+        const MeshPair question = make_mesh_pair(mesh_of(line.first), mesh_of(line.second));
+        run.ask(question.topology, {&question.frame}, *line.truth);
+    }
+    return run.finish();
 }
 
 }  // namespace trocar

@@ -26,4 +26,7 @@ std::vector<Record> run_external(const ExternalFrames& data, std::span<const Run
 /// count queries; failed_ticks counts failed ones, and the outcome is that of the first of them.
 Record run_ccd_queries(const std::filesystem::path& file, const RunSpec& spec);
 
+/// The same for a file of triangle pairs at rest (geometry/pair_file.hpp), of those lines that state the truth.
+Record run_pair_family(const std::filesystem::path& file, const RunSpec& spec);
+
 }  // namespace trocar

@@ -101,10 +101,9 @@ struct FrameJudge::State {
     /// Pairs, passages and self-intersections, none of which needs the depths.
     void judge_surfaces(const Frame& frame, FrameFigures& figures) {
         if (!topology->body_pairs.empty()) {
-            std::vector<TrianglePair> pairs;
-            true_pairs(*topology, frame, pairs);
-            figures.row.true_pairs = static_cast<std::int64_t>(pairs.size());
-            figures.row.true_touch = static_cast<std::int64_t>(touching_pairs(*topology, frame, pairs).size());
+            const TickTruth truth = truth_of(*topology, frame);
+            figures.row.true_pairs = static_cast<std::int64_t>(truth.pairs.size());
+            figures.row.true_touch = static_cast<std::int64_t>(truth.touch.size());
             Frame posed;
             posed.position = frame.position;
             posed.pose = poses(frame);
@@ -124,9 +123,7 @@ struct FrameJudge::State {
 FrameJudge::FrameJudge(const Topology& topology, const Frame& first, FrameStart start, bool self,
                        const std::string& place) {
     if (start == FrameStart::clean) {
-        std::vector<TrianglePair> pairs;
-        true_pairs(topology, first, pairs);
-        const std::vector<Index> touch = touching_pairs(topology, first, pairs);
+        const auto [pairs, touch] = truth_of(topology, first);
         std::size_t crossing = 0;
         for (std::size_t i = 0; i < pairs.size(); ++i) {
             const auto is_open = [&](Index triangle) {

@@ -53,7 +53,7 @@ public:
                 }
             }
         }
-        contacts.sort_pairs();
+        contacts.sort();
     }
 
 private:

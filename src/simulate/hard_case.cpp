@@ -7,7 +7,6 @@
 #include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
-#include "geometry/pair_file.hpp"
 #include "geometry/whole_file.hpp"
 #include "measure/metrics.hpp"
 #include "measure/pair_truth.hpp"
@@ -131,44 +130,6 @@ Record run_hard_case(const HardCase& hard_case, const RunSpec& spec) {
         record.outcome = {OutcomeKind::not_finite,
                           fmt::format("{} of {} native contacts", bad, contacts.native.size())};
     }
-    return record;
-}
-
-Record run_pair_family(const std::filesystem::path& file, const RunSpec& spec) {
-    Record record = started_record(spec);
-    double judged = 0.0;
-    double meeting = 0.0;
-    double false_negatives = 0.0;
-    double false_positives = 0.0;
-    double failed = 0.0;
-    ContactSet contacts;
-    for (const PairLine& line : read_pair_file(file)) {
-        if (!line.truth) continue;
-        const auto mesh = [](const Corners& corners) {
-            Mesh one;
-            one.vertices.resize(3, 3);
-            for (int k = 0; k < 3; ++k) one.vertices.col(k) = corners[static_cast<std::size_t>(k)];
-            one.triangles.resize(3, 1);
-            one.triangles << 0, 1, 2;
-            return one;
-        };
-        ask(spec, make_mesh_pair(mesh(line.first), mesh(line.second)), false, contacts);
-        judged += 1.0;
-        meeting += *line.truth ? 1.0 : 0.0;
-        if (!contacts.outcome.ok()) {
-            failed += 1.0;
-            if (record.outcome.ok()) record.outcome = contacts.outcome;
-            continue;
-        }
-        const bool found = !contacts.pairs.empty();
-        false_negatives += *line.truth && !found ? 1.0 : 0.0;
-        false_positives += !*line.truth && found ? 1.0 : 0.0;
-    }
-    record.summary = {{Metric::judged_ticks, judged},
-                      {Metric::true_pairs, meeting},
-                      {Metric::false_negatives, false_negatives},
-                      {Metric::false_positives, false_positives},
-                      {Metric::failed_ticks, failed}};
     return record;
 }
 

@@ -41,13 +41,9 @@ std::vector<HardCase> read_hard_cases(const std::filesystem::path& folder);
 /// Hash over the bytes of the files of a case of meshes, 16 hex digits.
 std::string hash_of(const HardCase& hard_case);
 
-/// Runs one detector on a case of meshes. The summary holds true_pairs, true_touches, missing, false_negatives_touch
-/// and extra against the case's own list. The outcome is the detector's, and not_finite for native contacts with
-/// non-finite numbers.
+/// Runs one detector on a case of meshes. The summary holds true_pairs, true_touches, false_negatives,
+/// false_negatives_touch and false_positives against the case's own list. The outcome is the detector's, and not_finite
+/// for native contacts with non-finite numbers.
 Record run_hard_case(const HardCase& hard_case, const RunSpec& spec);
-
-/// Runs one detector on a file of triangle pairs with truth, each pair as a separate world. true_pairs, missing and
-/// extra count lines. The outcome is that of the first failed line; failed_ticks counts failed lines.
-Record run_pair_family(const std::filesystem::path& file, const RunSpec& spec);
 
 }  // namespace trocar

@@ -74,7 +74,7 @@ std::string hash_of(const std::vector<TrianglePair>& pairs, const std::vector<Tr
 double query_distance_on(const GeneratedScene& scene) {
     Frame frame;
     scene.write(0, frame);
-    const QueryDistance distance(scene.topology(), frame, default_query_distance_margin);
+    const QueryDistance distance(scene.topology(), frame);
     const std::vector<Range> all{{0, scene.topology().vertex_count}};
     double move = 0.0;
     constexpr std::int64_t period = 64;
@@ -87,8 +87,7 @@ double query_distance_on(const GeneratedScene& scene) {
 
 /// The exact answer at one tick.
 struct Truth {
-    std::vector<TrianglePair> pairs;
-    std::vector<Index> touching;  ///< positions in `pairs`
+    TickTruth meeting;
     std::vector<TrianglePair> near;
 };
 
@@ -169,8 +168,7 @@ private:
             const std::int64_t tick = first_tick(block);
             scene_.write(tick, frame_);
             Truth& truth = truth_[tick];
-            true_pairs(scene_.topology(), frame_, truth.pairs);
-            truth.touching = touching_pairs(scene_.topology(), frame_, truth.pairs);
+            truth.meeting = truth_of(scene_.topology(), frame_);
             if (query_distance_ > 0.0) true_near_pairs(scene_.topology(), frame_, query_distance_, truth.near);
             frames_hash_.add_word(frame_.hash());
         }
@@ -263,12 +261,7 @@ private:
     }
 
     static void judge(const Truth& truth, Member& member, StepRow& row) {
-        const PairErrors errors = compare_pairs(member.contacts.pairs, truth.pairs, truth.touching);
-        row.true_pairs = static_cast<std::int64_t>(truth.pairs.size());
-        row.true_touch = static_cast<std::int64_t>(truth.touching.size());
-        row.false_negatives = errors.false_negatives;
-        row.false_positives = errors.false_positives;
-        row.false_negatives_touch = errors.false_negatives_touch;
+        judge_pairs(truth.meeting, member.contacts.pairs, row);
         if (member.query_distance > 0.0) {
             row.true_proximity_pairs = static_cast<std::int64_t>(truth.near.size());
             row.proximity_false_negatives = compare_pairs(member.contacts.near, truth.near, {}).false_negatives;
@@ -278,7 +271,7 @@ private:
 
     static std::string expected(const Truth& truth, const Member& member) {
         static const std::vector<TrianglePair> none;
-        return hash_of(truth.pairs, member.query_distance > 0.0 ? truth.near : none);
+        return hash_of(truth.meeting.pairs, member.query_distance > 0.0 ? truth.near : none);
     }
 
     /// Of those asked the same, the exact detector with most ticks; null where none agreed with truth.

@@ -66,22 +66,17 @@ double Judge::worst_error(std::span<const Contact> contacts) const {
 }
 
 void Judge::judge_detection(const Frame& seen, const ContactSet& contacts, StepRow& row, bool in_detail) {
-    true_pairs(*topology_, seen, truth_);
-    touches_ = touching_pairs(*topology_, seen, truth_);
-    const PairErrors errors = compare_pairs(contacts.pairs, truth_, touches_);
-    row.true_pairs = static_cast<std::int64_t>(truth_.size());
-    row.true_touch = static_cast<std::int64_t>(touches_.size());
-    row.false_negatives = errors.false_negatives;
-    row.false_positives = errors.false_positives;
-    row.false_negatives_touch = errors.false_negatives_touch;
-    const std::vector<TrianglePair> deepest = deepest_pairs(*topology_, seen, truth_);
+    const TickTruth truth = truth_of(*topology_, seen);
+    judge_pairs(truth, contacts.pairs, row);
+    const std::vector<TrianglePair> deepest = deepest_pairs(*topology_, seen, truth.pairs);
     row.deepest_pairs = static_cast<std::int64_t>(deepest.size());
     row.deepest_false_negatives = compare_pairs(contacts.pairs, deepest, {}).false_negatives;
     if (!in_detail) return;
     if (row.query_distance > 0.0) {
-        true_near_pairs(*topology_, seen, row.query_distance, near_truth_);
-        row.true_proximity_pairs = static_cast<std::int64_t>(near_truth_.size());
-        row.proximity_false_negatives = compare_pairs(contacts.near, near_truth_, {}).false_negatives;
+        std::vector<TrianglePair> near;
+        true_near_pairs(*topology_, seen, row.query_distance, near);
+        row.true_proximity_pairs = static_cast<std::int64_t>(near.size());
+        row.proximity_false_negatives = compare_pairs(contacts.near, near, {}).false_negatives;
     }
     depth_.follow(seen);
     row.depth_error = worst_error(contacts.contacts);

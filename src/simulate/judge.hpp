@@ -54,9 +54,6 @@ private:
     std::vector<std::uint8_t> yielding_;
     bool anything_yields_ = false;
     DepthTruth depth_;
-    std::vector<TrianglePair> truth_;
-    std::vector<TrianglePair> near_truth_;
-    std::vector<Index> touches_;
     OverlapTruth overlap_;
     std::int64_t last_depth_tick_ = -1;  ///< -1: none yet
     double last_depth_path_ = 0.0;

@@ -21,7 +21,7 @@ double smallest_edge(const Topology& topology, const Frame& frame) {
 
 }  // namespace
 
-QueryDistance::QueryDistance(const Scene& scene, double margin) {
+QueryDistance::QueryDistance(const Scene& scene) {
     double smallest = std::numeric_limits<double>::infinity();
     for (std::size_t b = 0; b < scene.topology.bodies.size(); ++b) {
         const BodyRange& body = scene.topology.bodies[b];
@@ -31,22 +31,17 @@ QueryDistance::QueryDistance(const Scene& scene, double margin) {
         if (edge > 0.0) smallest = std::min(smallest, edge);
     }
     if (!std::isfinite(smallest)) smallest = smallest_edge(scene.topology, scene.first);
-    set(smallest, margin);
+    if (std::isfinite(smallest)) edge_ = smallest;
 }
 
-QueryDistance::QueryDistance(const Topology& topology, const Frame& frame, double margin) {
-    set(smallest_edge(topology, frame), margin);
-}
-
-void QueryDistance::set(double edge, double margin) {
-    if (!std::isfinite(edge)) return;
-    edge_ = edge;
-    margin_ = margin * edge;
+QueryDistance::QueryDistance(const Topology& topology, const Frame& frame) {
+    const double smallest = smallest_edge(topology, frame);
+    if (std::isfinite(smallest)) edge_ = smallest;
 }
 
 double QueryDistance::of(double driven_move, double tissue_move, double deep) const {
-    const double wanted = margin_ + driven_move + std::min(tissue_move + deep, driven_move + most());
-    double query_distance = margin_;
+    const double wanted = margin() + driven_move + std::min(tissue_move + deep, driven_move + most());
+    double query_distance = margin();
     while (query_distance < wanted && std::isfinite(wanted) && query_distance > 0.0) query_distance *= 2.0;
     return query_distance;
 }

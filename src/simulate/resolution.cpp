@@ -68,7 +68,7 @@ std::vector<double> distances(const Scene& scene, const Matrix3X& one, const Mat
 
 /// m, mean over the springs of the tissue; without tissue, the smallest mean edge of a body that moves.
 double edge_of(const Scene& scene) {
-    if (!scene.has_tissue()) return QueryDistance(scene, 1.0).edge();
+    if (!scene.has_tissue()) return QueryDistance(scene).edge();
     return mean_spring_length(scene.materials);
 }
 

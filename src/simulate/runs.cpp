@@ -385,9 +385,6 @@ Record make_run(const Scene& scene, const RunSpec& spec, const RunLimits& limits
 
 SimulationSettings simulation_settings(const RunSpec& spec) {
     return {.stepper = spec.stepper.empty() ? MethodSpec{} : parse_method(spec.stepper),
-            .query_distance_margin = spec.query_distance_margin.empty()
-                                         ? default_query_distance_margin
-                                         : std::strtod(spec.query_distance_margin.c_str(), nullptr),
             .device = read_device(spec.device)};
 }
 

@@ -2,16 +2,9 @@
 
 #include <algorithm>
 
+#include "contact/contact.hpp"
+
 namespace trocar {
-namespace {
-
-Index heaviest(const ContactForceLaw& contact) {
-    const auto most = std::max_element(contact.weights.begin(), contact.weights.end()) - contact.weights.begin();
-    return contact.vertices[static_cast<std::size_t>(most)];
-}
-
-}  // namespace
-
 void Rupture::prepare(const Topology& topology, const Materials& materials) {
     topology_ = &topology;
     materials_ = &materials;
@@ -36,7 +29,7 @@ std::int64_t Rupture::judge(const Frame& frame, const ResponseOutput& output,
     for (std::size_t c = 0; c < std::min(output.contacts.size(), contact_forces.size()); ++c) {
         const ContactForceLaw& contact = output.contacts[c];
         if (contact.bilateral() || !(contact_forces[c].normal > 0.0)) continue;
-        const Index vertex = heaviest(contact);
+        const Index vertex = ContactPoint{contact.vertices, contact.weights}.heaviest();
         if (vertex < 0 || topology_->bodies[at(topology_->body_of_vertex(vertex))].kind != BodyKind::tissue) continue;
         Strained& one = strained_[at(vertex)];
         if (one.tick != tick_) {

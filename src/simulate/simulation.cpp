@@ -34,7 +34,7 @@ struct Simulation::State {
           response(std::move(the_response)),
           wants_query_distance(the_generator.wants_query_distance),
           stepper_entry(the_stepper),
-          query_distance(the_scene, settings.query_distance_margin),
+          query_distance(the_scene),
           driver(the_scene),
           device(settings.device),
           frame(the_scene.first),

@@ -20,13 +20,9 @@
 
 namespace trocar {
 
-/// Margin of the query distance, in mean edges.
-inline constexpr double default_query_distance_margin = 0.1;
-
 /// Settings of a run beside its methods.
 struct SimulationSettings {
-    MethodSpec stepper = {};                                       ///< empty name: the default one
-    double query_distance_margin = default_query_distance_margin;  ///< mean edges, see `simulate/query_distance.hpp`
+    MethodSpec stepper = {};  ///< empty name: the default one
     TipSettings device = {};  ///< displayed force on the instrument, by the same rule for every response
     /// Runs the energy and momentum audit, outside the clock. A tick with unstable contact then ends `unstable`
     /// (blow_up.hpp).

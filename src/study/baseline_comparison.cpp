@@ -185,13 +185,6 @@ void keep_every(std::int64_t every, BaselineAnswer& answer) {
     std::erase_if(answer.ticks, [every](const BaselineTick& tick) { return tick.tick % every != 0; });
 }
 
-TickTruth truth_of(const Topology& topology, const Frame& frame) {
-    TickTruth truth;
-    true_pairs(topology, frame, truth.pairs);
-    truth.touch = touching_pairs(topology, frame, truth.pairs);
-    return truth;
-}
-
 void TruthComparison::add(const Topology& topology, const Frame& frame, const TickTruth& truth,
                           const std::vector<Contact>& contacts) {
     std::vector<TrianglePair> reported;

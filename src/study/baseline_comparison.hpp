@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contact/contact.hpp"
+#include "measure/pair_truth.hpp"
 #include "scene/world.hpp"
 #include "study/contact_baseline.hpp"
 
@@ -77,13 +78,6 @@ AnswerDifference compare_answers(const BaselineAnswer& before, const BaselineAns
 
 /// Keeps only the ticks that are multiples of `every`.
 void keep_every(std::int64_t every, BaselineAnswer& answer);
-
-/// Exact pairs of one frame.
-struct TickTruth {
-    std::vector<TrianglePair> pairs;  ///< intersecting pairs, sorted
-    std::vector<Index> touch;         ///< positions in `pairs` of those that only touch
-};
-TickTruth truth_of(const Topology& topology, const Frame& frame);
 
 /// Accumulates the agreement of a detector's pairs with the oracle over ticks.
 class TruthComparison {

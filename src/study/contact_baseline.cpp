@@ -19,8 +19,6 @@ using OrderedJson = nlohmann::ordered_json;
 
 /// The second adds truth; the third renames its keys.
 const std::vector<std::string> baseline_formats{"trocar-baseline-1", "trocar-baseline-2", "trocar-baseline-3"};
-constexpr std::array<const char*, 7> kind_names{"unset", "a_enters_b", "b_enters_a", "edges_cross",
-                                                "touch", "coplanar",   "degenerate"};
 constexpr std::int64_t most_stored = 1'000'000'000'000;  // of anything that is counted
 constexpr std::size_t contact_numbers = 10;              // a, b, point, normal, depth without the kind
 
@@ -87,8 +85,9 @@ Contact read_contact(const JsonNode& node) {
     Contact contact;
     contact.a = static_cast<Index>(items[0].integer(0, most));
     contact.b = static_cast<Index>(items[1].integer(0, most));
-    const std::string kind = items[2].word({kind_names.begin(), kind_names.end()});
-    contact.kind = static_cast<ContactCase>(std::find(kind_names.begin(), kind_names.end(), kind) - kind_names.begin());
+    const std::string kind = items[2].word({contact_case_words.begin(), contact_case_words.end()});
+    contact.kind = static_cast<ContactCase>(std::find(contact_case_words.begin(), contact_case_words.end(), kind) -
+                                            contact_case_words.begin());
     contact.point = {value(3), value(4), value(5)};
     contact.normal = {value(6), value(7), value(8)};
     contact.depth = value(9);
@@ -107,7 +106,7 @@ void round_like_stored(BaselineAnswer& answer) {
     }
 }
 
-const char* stored_word(ContactCase kind) { return kind_names.at(static_cast<std::size_t>(kind)); }
+const char* stored_word(ContactCase kind) { return contact_case_words.at(static_cast<std::size_t>(kind)); }
 
 std::string to_json(const ContactBaseline& baseline) {
     OrderedJson sets = OrderedJson::array();

@@ -142,34 +142,21 @@ SceneFacts read_scene_facts(const std::filesystem::path& file, const std::option
 
 /// True for a run without a scene: a mesh case or a file of triangle pairs.
 bool is_mesh_case(const RunSpec& spec);
-/// Facts of a mesh case. `folder`: of the study file.
-SceneFacts read_case_facts(const std::filesystem::path& folder, const RunSpec& spec,
-                           const std::optional<std::filesystem::path>& data);
 /// True for a run on a generated scene; the runs of one `group` are executed together.
 bool is_generated(const RunSpec& spec);
-/// Facts of a generated scene, without making it.
-SceneFacts generated_facts(const RunSpec& spec);
-/// Executes runs of one group, with `turn` as run_interleaved. Precondition: they are completed.
-std::vector<Record> make_generated_runs(const std::vector<RunSpec>& specs,
-                                        const std::function<void(std::size_t)>& turn);
-
+/// True for a run on external data; the runs of one `group` are executed together.
+bool is_external(const RunSpec& spec);
 /// Formats of external data, as study files name them.
 inline const std::vector<std::string> external_formats{"scalable_ccd", "fcl_scenario", "triangle_pairs", "ccd_queries"};
 /// Input::file of a path below the data folder.
 std::string external_file(const std::string& format, const std::string& path);
 /// Name of such an input in reports.
 std::string external_name(const std::string& path);
-/// True for a run on external data; the runs of one `group` are executed together.
-bool is_external(const RunSpec& spec);
-SceneFacts external_facts(const RunSpec& spec, const std::optional<std::filesystem::path>& data);
-/// Executes runs of one group, with `turn` as run_interleaved. Precondition: they are completed.
-std::vector<Record> make_external_runs(const std::vector<RunSpec>& specs,
-                                       const std::optional<std::filesystem::path>& data,
-                                       const std::function<void(std::size_t)>& turn);
 
-/// Executes a run with is_mesh_case().
-Record make_mesh_case_run(const std::filesystem::path& folder, const RunSpec& spec,
-                          const std::optional<std::filesystem::path>& data);
+/// Facts of what RunSpec::scene_file names, without running it. `folder`: of the study file. Missing data sets
+/// `lacks_data`; any other fault throws InputError.
+SceneFacts input_facts(const std::filesystem::path& folder, const RunSpec& spec,
+                       const std::optional<std::filesystem::path>& data);
 
 struct PlannedRun {
     RunSpec spec;  ///< complete_run fills scene name, hash, class and ticks
@@ -196,6 +183,12 @@ std::vector<PlannedRun> make_plan(const Study& study);
 /// Fills the facts of the scene, and sets `settled` for missing data. Throws InputError for cycles of a scene without
 /// exactly one motion.
 void complete_run(const SceneFacts& facts, PlannedRun& run);
+
+/// Completes and executes the runs of one group, or a run without one. `turn`: called with the position of a run of a
+/// group before its turn, to attribute a crash.
+std::vector<Record> make_runs(const std::filesystem::path& folder, const std::vector<PlannedRun*>& runs,
+                              const std::optional<std::filesystem::path>& data,
+                              const std::function<void(std::size_t)>& turn);
 
 /// Facts of study and methods for the record's environment, so that a report needs records only: "study.…",
 /// "detector.…", "response.…", "absent.…".

@@ -4,12 +4,8 @@
 #include <algorithm>
 #include <set>
 
-#include "geometry/fnv_hash.hpp"
 #include "method/registry.hpp"
 #include "reference/reference.hpp"
-#include "simulate/generated_scene.hpp"
-#include "simulate/hard_case.hpp"
-#include "simulate/interleaved.hpp"
 #include "simulate/resolution.hpp"
 #include "study/study.hpp"
 
@@ -50,17 +46,6 @@ void add_method_facts(const std::string& prefix, const Level& method, std::map<s
     if (method.absent_reason) facts[prefix + "absent"] = *method.absent_reason;
 }
 
-constexpr std::string_view data_prefix = "data:";
-
-bool is_family(const RunSpec& spec) { return spec.scene_file.rfind(data_prefix, 0) == 0; }
-
-/// Nothing without a data folder.
-std::optional<std::filesystem::path> family_file(const RunSpec& spec,
-                                                 const std::optional<std::filesystem::path>& data) {
-    if (!is_family(spec) || !data) return std::nullopt;
-    return *data / spec.scene_file.substr(data_prefix.size());
-}
-
 }  // namespace
 
 SceneFacts facts_of(const Scene& scene) {
@@ -84,78 +69,6 @@ SceneFacts facts_of(const Scene& scene) {
     }
     facts.pair_class = fmt::format("{}", fmt::join(classes, "+"));
     return facts;
-}
-
-SceneFacts read_scene_facts(const std::filesystem::path& file, const std::optional<std::filesystem::path>& data) {
-    SceneFacts facts;
-    facts.name = file.stem().string();
-    if (lacks_data(file, data)) {
-        facts.lacks_data = true;
-        return facts;
-    }
-    return facts_of(read_scene(file, data));
-}
-
-bool is_mesh_case(const RunSpec& spec) { return spec.mode == "hard_case" && spec.response.empty(); }
-
-SceneFacts read_case_facts(const std::filesystem::path& folder, const RunSpec& spec,
-                           const std::optional<std::filesystem::path>& data) {
-    SceneFacts facts;
-    facts.name = spec.scene;
-    facts.ticks = 1;
-    const std::optional<std::filesystem::path> family = family_file(spec, data);
-    if (!is_family(spec)) {
-        facts.hash = hash_of(read_hard_case(folder / spec.scene_file));
-    } else {
-        facts.lacks_data = !family || !std::filesystem::is_regular_file(*family);
-    }
-    return facts;
-}
-
-namespace {
-
-constexpr std::string_view generated_prefix = "generated:";
-
-std::string generated_text(const RunSpec& spec) { return spec.scene_file.substr(generated_prefix.size()); }
-
-}  // namespace
-
-bool is_generated(const RunSpec& spec) { return spec.scene_file.starts_with(generated_prefix); }
-
-SceneFacts generated_facts(const RunSpec& spec) {
-    const GeneratedSceneFacts generated = generated_scene_facts(generated_text(spec));
-    FnvHash hash;
-    hash.add_text(generated.text);
-    constexpr std::int64_t usual_ticks = 160;
-    return {.name = generated.name,
-            .hash = hash.text(),
-            .pair_class = generated.pair_class,
-            .ticks = usual_ticks,
-            .dt = GeneratedScene::dt,
-            .triangles = generated.triangles};
-}
-
-std::vector<Record> make_generated_runs(const std::vector<RunSpec>& specs,
-                                        const std::function<void(std::size_t)>& turn) {
-    const std::unique_ptr<GeneratedScene> scene =
-        make_generated_scene(generated_text(specs.front()), specs.front().seed);
-    std::vector<InterleavedRun> runs;
-    runs.reserve(specs.size());
-    for (const RunSpec& spec : specs) runs.push_back(interleaved_run(spec));
-    std::vector<Record> records = run_interleaved(*scene, runs, turn);
-    const GeneratedSceneFacts facts = generated_scene_facts(generated_text(specs.front()));
-    for (Record& record : records) {
-        record.environment["run.dt_s"] = fmt::format("{}", GeneratedScene::dt);
-        record.environment["scene.family"] = facts.family;
-        record.environment["scene.triangles"] = fmt::format("{}", scene->topology().triangle_count());
-    }
-    return records;
-}
-
-Record make_mesh_case_run(const std::filesystem::path& folder, const RunSpec& spec,
-                          const std::optional<std::filesystem::path>& data) {
-    if (is_family(spec)) return run_pair_family(family_file(spec, data).value_or(spec.scene_file), spec);
-    return run_hard_case(read_hard_case(folder / spec.scene_file), spec);
 }
 
 std::map<std::string, std::string> method_facts(const Study& study, const PlannedRun& run) {

@@ -303,8 +303,8 @@ private:
             const std::size_t end = search.queue.size();
             for (; begin < end; ++begin) {
                 const Index node = search.queue[begin];
-                for (std::uint32_t e = level.first_edge[at(node)]; e < level.first_edge[at(node) + 1]; ++e) {
-                    const Index other = level.other_end(level.edge_at[e], node);
+                for (const std::uint32_t edge : level.edges.of(node)) {
+                    const Index other = level.other_end(edge, node);
                     if (search.walk[at(other)] == tick_) continue;
                     search.walk[at(other)] = tick_;
                     search.queue.push_back(other);

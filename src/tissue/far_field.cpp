@@ -106,7 +106,7 @@ void FarField::go_around() {
 bool FarField::examine(Index vertex) {
     const NodeLevel& vertices = region_->levels()[0];
     const std::size_t put = region_->put() - put_before_;
-    const std::size_t examined_count = 1 + vertices.first_edge[at(vertex) + 1] - vertices.first_edge[at(vertex)];
+    const std::size_t examined_count = 1 + vertices.edges.of(vertex).size();
     if (put + std::min(examined_count, most_) > most_ || put == most_) return false;
     if (examined_count > most_) {
         region_->refresh(0, vertex);

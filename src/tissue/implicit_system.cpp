@@ -95,8 +95,8 @@ void ImplicitSystem::list(double h) {
         for (std::size_t n = 0; n < active_; ++n) {
             if (nodes_[n].level != level) continue;
             const Index node = nodes_[n].node;
-            for (std::uint32_t e = here.first_edge[at(node)]; e < here.first_edge[at(node) + 1]; ++e) {
-                const Index other = here.other_end(here.edge_at[e], node);
+            for (const std::uint32_t edge : here.edges.of(node)) {
+                const Index other = here.other_end(edge, node);
                 if (here.active[at(other)] == 0 && here.fixed[at(other)] == 0) number_of(level, other);
             }
         }
@@ -135,8 +135,7 @@ void ImplicitSystem::list(double h) {
         const std::size_t level = nodes_[n].level;
         const NodeLevel& here = levels[level];
         const Index node = nodes_[n].node;
-        for (std::uint32_t e = here.first_edge[at(node)]; e < here.first_edge[at(node) + 1]; ++e) {
-            const std::uint32_t edge = here.edge_at[e];
+        for (const std::uint32_t edge : here.edges.of(node)) {
             const Index other = here.other_end(edge, node);
             const bool no_part = here.fixed[at(other)] != 0 || number_[level][at(other)] < 0;
             const std::size_t to = no_part ? still : at(number_[level][at(other)]);

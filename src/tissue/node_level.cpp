@@ -1,22 +1,16 @@
 #include "tissue/node_level.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 namespace trocar {
 
 void NodeLevel::list_edges() {
-    first_edge.assign(size() + 1, 0);
-    for (const std::vector<Index>* ends : {&i, &j}) {
-        for (const Index node : *ends) ++first_edge[at(node) + 1];
-    }
-    std::partial_sum(first_edge.begin(), first_edge.end(), first_edge.begin());
-    edge_at.resize(2 * i.size());
-    std::vector<std::uint32_t> next = first_edge;
-    for (std::uint32_t e = 0; e < i.size(); ++e) {
-        edge_at[next[at(i[e])]++] = e;
-        edge_at[next[at(j[e])]++] = e;
-    }
+    edges.fill(static_cast<Index>(size()), [this](const auto& act) {
+        for (std::uint32_t e = 0; e < i.size(); ++e) {
+            act(i[e], e);
+            act(j[e], e);
+        }
+    });
 }
 
 void NodeLevel::set_active(bool is_active) {
@@ -52,8 +46,8 @@ void mark_pieces(NodeLevel& vertices) {
         for (std::size_t n = 0; n < connected.size(); ++n) {
             const Index node = connected[n];
             held = held || vertices.fixed[at(node)] != 0;
-            for (std::uint32_t e = vertices.first_edge[at(node)]; e < vertices.first_edge[at(node) + 1]; ++e) {
-                const Index other = vertices.other_end(vertices.edge_at[e], node);
+            for (const std::uint32_t edge : vertices.edges.of(node)) {
+                const Index other = vertices.other_end(edge, node);
                 if (vertices.piece[at(other)] != unknown) continue;
                 vertices.piece[at(other)] = piece;
                 connected.push_back(other);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "geometry/index_lists.hpp"
 #include "tissue/moving_tissue.hpp"
 
 namespace trocar {
@@ -39,8 +40,7 @@ struct NodeLevel {
     std::vector<Index> i, j;
     std::vector<SymmetricBlock> stiffness;  ///< N/m
     std::vector<SymmetricBlock> damping;    ///< N s/m
-    std::vector<std::uint32_t> first_edge;  ///< per node + 1, into `edge_at`
-    std::vector<std::uint32_t> edge_at;
+    NumberLists<std::uint32_t> edges;       ///< by node
     // Interpolation from the next level; empty at the last one.
     std::vector<std::array<Index, 3>> parent;
     std::vector<std::array<double, 3>> weight;  ///< 0 for unused entries
@@ -69,7 +69,7 @@ struct NodeLevel {
         constexpr double rounding = 1e-12;
         return mass[at(node)] > rounding * whole_mass[at(node)];
     }
-    /// Fills `first_edge` and `edge_at` from the ends of the edges.
+    /// Fills `edges` from their ends.
     void list_edges();
     /// Makes every node active or interpolated.
     void set_active(bool is_active);

@@ -25,8 +25,8 @@ public:
         seen_[at(from)] = walk_;
         for (std::size_t n = 0; n < reached_.size(); ++n) {
             const Index node = reached_[n];
-            for (std::uint32_t e = level_->first_edge[at(node)]; e < level_->first_edge[at(node) + 1]; ++e) {
-                const Index other = level_->other_end(level_->edge_at[e], node);
+            for (const std::uint32_t edge : level_->edges.of(node)) {
+                const Index other = level_->other_end(edge, node);
                 if (seen_[at(other)] == walk_) continue;
                 seen_[at(other)] = walk_;
                 if ((level_->rest[at(other)] - level_->rest[at(from)]).squaredNorm() < radius * radius) {
@@ -127,9 +127,9 @@ RegionTissue::RegionTissue(MovingTissue& tissue, WrittenVertices& written, BodyB
         level.velocity.setZero(4, &level == &levels_.front() ? 0 : columns);
         level.force.setZero(4, columns);
     }
-    std::uint32_t most_springs = 0;
-    for (std::size_t v = 0; v < levels_.front().size(); ++v) {
-        most_springs = std::max(most_springs, levels_.front().first_edge[v + 1] - levels_.front().first_edge[v]);
+    std::size_t most_springs = 0;
+    for (Index v = 0; at(v) < levels_.front().size(); ++v) {
+        most_springs = std::max(most_springs, levels_.front().edges.of(v).size());
     }
     around_.reserve(most_springs);
     const std::size_t nodes = levels_.size() > 1 ? levels_[1].size() : 0;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 namespace trocar {
 namespace {
@@ -15,9 +16,8 @@ Eigen::Vector4d multiply(const SymmetricBlock& block, const Eigen::Vector4d& by)
 }
 
 std::uint32_t edge_between(const NodeLevel& level, Index a, Index b) {
-    std::uint32_t at_edge = level.first_edge[at(a)];
-    while (level.other_end(level.edge_at[at_edge], a) != b) ++at_edge;
-    return level.edge_at[at_edge];
+    const std::span<const std::uint32_t> edges = level.edges.of(a);
+    return *std::find_if(edges.begin(), edges.end(), [&](std::uint32_t edge) { return level.other_end(edge, a) == b; });
 }
 
 }  // namespace
@@ -226,8 +226,7 @@ void RegionTissue::activate(std::size_t level, Index node) {
     NodeLevel& fine = levels_[level];
     if (fine.active[at(node)] != 0 || fine.fixed[at(node)] != 0) return;
     refresh(level, node);
-    for (std::uint32_t e = fine.first_edge[at(node)]; e < fine.first_edge[at(node) + 1]; ++e) {
-        const std::uint32_t edge = fine.edge_at[e];
+    for (const std::uint32_t edge : fine.edges.of(node)) {
         if (fine.active[at(fine.other_end(edge, node))] != 0) continue;
         add_edge(level, edge, stiffness_of(level, edge), damping_of(level, edge), -1.0);
         if (level > 0) continue;
@@ -281,8 +280,7 @@ void RegionTissue::interpolate(std::size_t level, Index node) {
         fine.velocity.col(node) = velocity;
         fine.offset.col(node) = fine.displacement.col(node) - displacement;
     }
-    for (std::uint32_t e = fine.first_edge[at(node)]; e < fine.first_edge[at(node) + 1]; ++e) {
-        const std::uint32_t edge = fine.edge_at[e];
+    for (const std::uint32_t edge : fine.edges.of(node)) {
         const Index other = fine.other_end(edge, node);
         if (fine.active[at(other)] != 0) continue;
         const SymmetricBlock stiffness = stiffness_of(level, edge);
@@ -300,16 +298,15 @@ double RegionTissue::relax(Index vertex) {
     NodeLevel& vertices = levels_[0];
     if (vertices.active[at(vertex)] != 0 || vertices.fixed[at(vertex)] != 0) return 0.0;
     TissueState& state = tissue_->state();
-    const std::uint32_t first = vertices.first_edge[at(vertex)];
-    const std::uint32_t end = vertices.first_edge[at(vertex) + 1];
-    for (std::uint32_t e = first; e < end; ++e) hwy::Prefetch(&springs_[vertices.edge_at[e]]);
+    const std::span<const std::uint32_t> edges = vertices.edges.of(vertex);
+    for (const std::uint32_t edge : edges) hwy::Prefetch(&springs_[edge]);
     refresh(0, vertex);
     Eigen::Vector4d force = vertices.force.col(vertex);
     SymmetricBlock block{};
     double stretch = 0.0;
     around_.clear();
-    for (std::uint32_t e = first; e < end; ++e) {
-        const NearSpring& spring = springs_[vertices.edge_at[e]];
+    for (const std::uint32_t edge : edges) {
+        const NearSpring& spring = springs_[edge];
         const Index other = spring.other_end(vertex);
         refresh(0, other);
         const Eigen::Vector4d path = state.position.col(other) - state.position.col(vertex);
@@ -318,7 +315,7 @@ double RegionTissue::relax(Index vertex) {
         const double per_length = length == 0.0 ? 0.0 : spring.k + spring.offset / length;
         const SymmetricBlock now =
             length == 0.0 ? SymmetricBlock{} : block_of(path.head<3>() / length, spring.k, std::max(0.0, per_length));
-        around_.push_back({stiffness_of(0, vertices.edge_at[e]), now, per_length * path});
+        around_.push_back({stiffness_of(0, edge), now, per_length * path});
         force += around_.back().pull;
         add(now, block);
     }
@@ -336,7 +333,7 @@ double RegionTissue::relax(Index vertex) {
     // New forces of the interpolated springs: the previous ones minus the effect of the vertex's displacement.
     Eigen::Vector4d more = Eigen::Vector4d::Zero();
     for (std::size_t n = 0; n < around_.size(); ++n) {
-        NearSpring& spring = springs_[vertices.edge_at[first + n]];
+        NearSpring& spring = springs_[edges[n]];
         const Index other = spring.other_end(vertex);
         if (vertices.active[at(other)] != 0) continue;
         const Eigen::Vector4d apart = vertices.displacement.col(other) - vertices.displacement.col(vertex);
@@ -387,8 +384,7 @@ void RegionTissue::start() {
                 add_mass(level + 1, here.parent[at(node)][n], weight * here.mass[at(node)],
                          weight * here.drag[at(node)]);
             }
-            for (std::uint32_t e = here.first_edge[at(node)]; e < here.first_edge[at(node) + 1]; ++e) {
-                const std::uint32_t edge = here.edge_at[e];
+            for (const std::uint32_t edge : here.edges.of(node)) {
                 if (here.active[at(here.other_end(edge, node))] != 0) continue;
                 add_edge(level, edge, stiffness_of(level, edge), damping_of(level, edge), 1.0);
             }

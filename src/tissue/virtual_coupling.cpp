@@ -19,10 +19,6 @@ Index operator_of(std::span<const DrivenOperator> operators, Index body) {
 /// Collects the contacts that involve an operator and no tissue.
 void VirtualCouplings::collect(const Topology& topology, const Frame& frame, const ResponseOutput& output, double dt,
                                std::span<const DrivenOperator> operators) {
-    const auto operator_velocity = [&](Index body) -> Vector3 {
-        return at(body) < frame.operator_motion.size() ? Vector3(frame.operator_motion[at(body)] / dt)
-                                                       : Vector3::Zero();
-    };
     rows_.clear();
     for (std::size_t c = 0; c < output.contacts.size(); ++c) {
         const ContactForceLaw& contact = output.contacts[c];
@@ -36,14 +32,14 @@ void VirtualCouplings::collect(const Topology& topology, const Frame& frame, con
             const Index body = topology.body_of_vertex(vertex);
             pushes_tissue = pushes_tissue || topology.bodies[at(body)].kind == BodyKind::tissue;
             if (row.plus < 0) row.plus = operator_of(operators, body);
-            const Vector3 scripted = frame.velocity.col(vertex) - operator_velocity(body);
+            const Vector3 scripted = frame.velocity.col(vertex) - frame.operator_velocity(body, dt);
             row.offset += contact.weights[i] * scripted.dot(contact.normal);
             row.plus_point += contact.weights[i] * frame.position.col(vertex);
         }
         if (pushes_tissue) continue;
         if (contact.reaction_body >= 0) {
             row.minus = operator_of(operators, contact.reaction_body);
-            row.offset += operator_velocity(contact.reaction_body).dot(contact.normal);
+            row.offset += frame.operator_velocity(contact.reaction_body, dt).dot(contact.normal);
         }
         if (row.plus < 0 && row.minus < 0) continue;
         row.minus_point = contact.reaction_point;

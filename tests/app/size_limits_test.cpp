@@ -95,7 +95,7 @@ TEST_F(SizeLimits, FacesOfHundredThousandCornersAndLargeFilesAreRefused) {
     std::filesystem::resize_file(lines, 20'000'000'000);
     for (const std::string command : {"report ", "table "})
         expect_refused(command + folder_.path().string(), "at most 24 MB of a line");
-    expect_refused("tritri " + lines, "at most 24 MB of a line");
+    expect_refused("tritri " + lines, "at most 400 MB");
     // In the other format it is the size unpacked that counts.
     write("records.jsonl.gz", gzipped(std::string(24'100'000, 'x')));
     for (const std::string command : {"report ", "table "})
@@ -133,9 +133,6 @@ TEST_F(SizeLimits, NumbersOfTheCommandLineAreTakenAsTheyStandOrRefused) {
         test::expect_refused("run " + scene + " " + option + " ''", option + ": expected something, got ''");
     }
     EXPECT_EQ(run_program("run " + scene + " --ticks +2").status, 0);
-    EXPECT_EQ(run_program("run " + scene + " --ticks 2 --query-distance-margin ''").status, 2);
-    EXPECT_EQ(run_program("run " + scene + " --ticks 2 --query-distance-margin 1e-310").status, 0)
-        << "a number, if a small one";
 }
 
 }  // namespace

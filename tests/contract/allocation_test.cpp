@@ -84,7 +84,7 @@ Counted count_generator(const ContactGeneratorEntry& entry) {
     const Scene& scene = drag();
     const auto detector = make_detector("ohc");
     const auto generator = make_contact_generator(entry.name);
-    QueryDistance query_distance(scene, default_query_distance_margin);
+    QueryDistance query_distance(scene);
     std::vector<Range> driven;
     std::vector<Range> tissue;
     for (const BodyRange& body : scene.topology.bodies) {

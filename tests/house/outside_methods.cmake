@@ -37,7 +37,7 @@ function(copy_method from to kind name)
 endfunction()
 copy_method(example.cpp my_detector.cpp detector my_detector)
 copy_method(example.cpp other.cpp detector careless
-    "contacts.sort_pairs();" "contacts.sort_pairs(); if (contacts.pairs.size() > 20) contacts.pairs.pop_back();")
+    "contacts.sort();" "contacts.sort(); if (contacts.pairs.size() > 20) contacts.pairs.pop_back();")
 copy_method(example_response.cpp my_response.cpp response my_response)
 # The example response of version 0.2, carried over as docs/migrating_0.3.md says.
 execute_process(COMMAND sed -E -f ${SOURCE_DIR}/docs/migrating_0.3.sed ${SOURCE_DIR}/tests/house/example_response_0.2.txt

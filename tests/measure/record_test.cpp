@@ -179,8 +179,6 @@ TEST(RecordLine, BadRecordIsRefusedWithFileLineAndPlace) {
         {replaced(line, "\"pairs\":", "\"pears\":"), "pears"},
         {replaced(line, "\"outcome\":\"unstable\"", "\"outcome\":\"fine\""), "/outcome"},
         // Texts that whoever reads the record takes as numbers.
-        {replaced(line, "\"spec\":{", "\"spec\":{\"query_distance_margin\":\"wide\","), "/spec/query_distance_margin"},
-        {replaced(line, "\"spec\":{", "\"spec\":{\"query_distance_margin\":\"1e3\","), "/spec/query_distance_margin"},
         {replaced(line, "\"dirty\":\"no\"", "\"run.tissue_triangles\":\"2000 or so\""), "run.tissue_triangles"},
         {replaced(line, "\"dirty\":\"no\"", "\"case.at_most.residual_penetration_max_m\":\"nan\""),
          "case.at_most.residual_penetration_max_m"},

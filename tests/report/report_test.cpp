@@ -436,6 +436,62 @@ TEST(Verdict, ResponsesAreOrderedByFailuresThenDepthsThenTime) {
     EXPECT_TRUE(behind({.worst = not_known}));
 }
 
+/// Replays of one method by as many processes as an interval needs. `ns` gives the time of a tick by process and tick.
+std::vector<Record> timed_replays(const std::string& detector, std::int64_t ticks, const auto& ns) {
+    std::vector<Record> records;
+    for (std::int64_t process = 0; process < processes_for_interval; ++process) {
+        Record record = synthetic(
+            {.mode = "replay", .detector = detector, .repetition = process, .ticks = warm_up_ticks + ticks});
+        for (StepRow& row : record.rows) {
+            row.stage_ns.at(static_cast<std::size_t>(Stage::detect)) = ns(process, row.tick - warm_up_ticks);
+        }
+        records.push_back(std::move(record));
+    }
+    return records;
+}
+
+TEST(Results, BlocksOfResampledTicksFollowWhatAllProcessesShare) {
+    constexpr std::int64_t ticks = 200;
+    const auto is_late = [](std::int64_t tick) { return tick >= ticks / 2; };
+    // Neighbouring ticks of all processes differ; one process alone was disturbed for half of its run.
+    const auto restless = [&](std::int64_t process, std::int64_t tick) {
+        return (tick % 2 == 0 ? 100'000 : 200'000) + (process == 3 && is_late(tick) ? 50'000'000 : 0) + 10 * process;
+    };
+    // The scene itself becomes expensive in its second half.
+    const auto steady = [&](std::int64_t process, std::int64_t tick) {
+        return (is_late(tick) ? 900'000 : 100'000) + 10 * process;
+    };
+    const auto times_of = [](const auto& ns) {
+        std::vector<std::vector<double>> times;
+        for (std::int64_t process = 0; process < processes_for_interval; ++process) {
+            times.emplace_back();
+            for (std::int64_t tick = 0; tick < ticks; ++tick) {
+                times.back().push_back(static_cast<double>(ns(process, tick)));
+            }
+        }
+        return times;
+    };
+    std::vector<Record> records = timed_replays("restless", ticks, restless);
+    const std::vector<std::vector<double>> times = times_of(restless);
+    const auto expect_block = [&](std::int64_t block) {
+        const Results results(records);
+        const auto expected = resampled_quantiles(times, {0.5, 0.99}, block, 1);
+        for (const Method& method : results.methods("replay")) {
+            if (method.detector != "restless") continue;
+            EXPECT_EQ(results.find(method, "poke")->p50_resamples, expected[0]);
+            EXPECT_EQ(results.find(method, "poke")->p99_resamples, expected[1]);
+            return;
+        }
+        ADD_FAILURE() << "no such method";
+    };
+    expect_block(1);
+    // Beside a method that needs long blocks all are drawn in those.
+    for (Record& record : timed_replays("steady", ticks, steady)) records.push_back(std::move(record));
+    const std::int64_t longest = block_length(ticks, lag_one_correlation(times_of(steady).front()));
+    ASSERT_GT(longest, 10);
+    expect_block(longest);
+}
+
 TEST(Verdict, AContactAsSoftAsItsSceneAsksIsNoError) {
     // The stiff one leaves less depth, but its operator is 2 mm from where k lets it be.
     std::vector<Record> records{

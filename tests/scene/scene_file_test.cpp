@@ -62,20 +62,22 @@ TEST_F(SceneFile, ExampleOfTheDesignIsRead) {
     EXPECT_EQ(scene.first.previous, scene.first.position);
 }
 
-TEST_F(SceneFile, ResponseLearnsWhichBodiesAnOperatorLeads) {
+TEST_F(SceneFile, ABodyThatAnOperatorLeadsHasItsModel) {
     Json document = example();
-    const std::vector<std::optional<Device>> by_script = read(document).materials.device;
+    const std::vector<SceneBody> by_script = read(document).bodies;
     ASSERT_EQ(by_script.size(), 2U);
-    EXPECT_FALSE(by_script[0].has_value());
-    EXPECT_FALSE(by_script[1].has_value());
+    ASSERT_TRUE(by_script[0].motion.has_value());
+    EXPECT_EQ(by_script[0].motion->drive, Drive::prescribed);
+    EXPECT_FALSE(by_script[1].motion.has_value());
     Json& motion = document["bodies"][1]["motion"];
     motion["drive"] = "operator";
     motion["operator"] = {{"mass", 0.25}, {"damping", 3.0}};
-    const std::vector<std::optional<Device>> by_operator = read(document).materials.device;
-    ASSERT_TRUE(by_operator.at(0).has_value()) << "the tool comes first";
-    EXPECT_EQ(by_operator[0]->mass, 0.25);
-    EXPECT_EQ(by_operator[0]->damping, 3.0);
-    EXPECT_FALSE(by_operator.at(1).has_value());
+    const std::vector<SceneBody> by_operator = read(document).bodies;
+    ASSERT_TRUE(by_operator.at(0).motion.has_value()) << "the tool comes first";
+    EXPECT_EQ(by_operator[0].motion->drive, Drive::simulated_operator);
+    EXPECT_EQ(by_operator[0].motion->coupling.mass, 0.25);
+    EXPECT_EQ(by_operator[0].motion->coupling.damping, 3.0);
+    EXPECT_FALSE(by_operator.at(1).motion.has_value());
 }
 
 TEST_F(SceneFile, SpringsOfTheEquilateralInteriorFollowVanGelder) {

@@ -4,6 +4,7 @@
 #include <fstream>
 
 #include "method/registry.hpp"
+#include "simulate/external_runs.hpp"
 #include "simulate/hard_case.hpp"
 #include "support/program.hpp"
 

@@ -250,30 +250,30 @@ TEST(Simulation, ReplayAnswersLikeTheLoopThatMadeTheFrames) {
 }
 
 TEST(QueryDistance, IsTheMarginDoubledUntilItHoldsWhatMayCome) {
-    // One triangle of tissue with sides of 3, 4 and 5 mm: a mean edge of 4 mm, a margin of 1 mm.
+    // One triangle of tissue with sides of 3, 4 and 5 mm: a mean edge of 4 mm, a margin of 0.4 mm.
     Scene scene;
     scene.topology = make_topology({test::triangle_body("one", BodyKind::tissue, false)});
     scene.first.position = Matrix3X::Zero(3, 3);
     scene.first.position(0, 1) = 0.003;
     scene.first.position(1, 2) = 0.004;
-    const QueryDistance query_distance(scene, 0.25);
+    const QueryDistance query_distance(scene);
     EXPECT_NEAR(query_distance.edge(), 0.004, 1e-15);
     struct Case {
         double driven, tissue, deep;  // mm
         double query_distance;        // mm
         bool is_cut;
     };
-    for (const Case& one_case : {Case{0.0, 0.0, 0.0, 1.0, false},
-                                 {0.0, 0.5, 0.0, 2.0, false},
-                                 {0.5, 0.0, 0.0, 2.0, false},
-                                 {0.0, 0.0, 0.5, 2.0, false},
-                                 {0.2, 0.3, 0.4, 2.0, false},
-                                 {1.5, 1.0, 0.0, 4.0, false},
-                                 {0.0, 3.0, 3.5, 8.0, false},
-                                 {40.0, 0.0, 0.0, 64.0, false},
+    for (const Case& one_case : {Case{0.0, 0.0, 0.0, 0.4, false},
+                                 {0.0, 0.5, 0.0, 1.6, false},
+                                 {0.5, 0.0, 0.0, 1.6, false},
+                                 {0.0, 0.0, 0.5, 1.6, false},
+                                 {0.2, 0.3, 0.4, 1.6, false},
+                                 {1.5, 1.0, 0.0, 3.2, false},
+                                 {0.0, 3.0, 3.5, 12.8, false},
+                                 {40.0, 0.0, 0.0, 51.2, false},
                                  // Of what tissue does, two mean edges.
-                                 {0.0, 30.0, 0.0, 16.0, true},
-                                 {0.0, 60.0, 90.0, 16.0, true}}) {
+                                 {0.0, 30.0, 0.0, 12.8, true},
+                                 {0.0, 60.0, 90.0, 12.8, true}}) {
         const auto& [driven, tissue, deep, expected, is_cut] = one_case;
         EXPECT_NEAR(query_distance.of(1e-3 * driven, 1e-3 * tissue, 1e-3 * deep), 1e-3 * expected, 1e-12)
             << driven << " " << tissue << " " << deep;

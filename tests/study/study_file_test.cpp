@@ -89,7 +89,7 @@ TEST_F(StudyFile, GeneratedScenesAreOneGroupEachAndTheReferenceTakesPartTwice) {
     std::map<std::string, std::multiset<std::string>> groups;
     for (PlannedRun run : make_plan(study)) {
         ASSERT_TRUE(is_generated(run.spec));
-        complete_run(generated_facts(run.spec), run);
+        complete_run(input_facts("", run.spec, {}), run);
         EXPECT_EQ(run.spec.mode, "replay");
         EXPECT_EQ(run.spec.ticks, 40);
         EXPECT_EQ(run.spec.truth_stride, 5) << "truth on the first tick of each of 8 blocks";
@@ -138,7 +138,7 @@ TEST_F(StudyFile, ExternalDataAreOneGroupPerInputAndSkippedWithoutTheFolder) {
     for (PlannedRun run : make_plan(read(study_of({external})))) {
         ASSERT_TRUE(is_external(run.spec));
         EXPECT_EQ(run.spec.mode, "external");
-        complete_run(external_facts(run.spec, folder_.path()), run);
+        complete_run(input_facts("", run.spec, folder_.path()), run);
         ASSERT_TRUE(run.settled.has_value());
         EXPECT_EQ(run.settled->message, "no data");
         EXPECT_EQ(run.facts.at("case.source"), "S 2023");

@@ -309,9 +309,9 @@ class Simulation(_trocar.Simulation):
 
     def __init__(self, scene: PathLike, detector: Union[str, type] = "ohc_clustered", contacts: str = "",
                  response: Union[str, type] = "unilateral", stepper: str = "", device: str = "",
-                 query_distance_margin: Optional[float] = None, data: Optional[PathLike] = None) -> None:
+                 data: Optional[PathLike] = None) -> None:
         super().__init__(os.fspath(scene), _name_of(detector, register_detector), contacts,
-                         _name_of(response, register_response), stepper, device, query_distance_margin, data)
+                         _name_of(response, register_response), stepper, device, data)
 
 
 class Result:
@@ -400,21 +400,18 @@ class Result:
 
 def run(scene: PathLike, detector: Union[str, type] = "ohc_clustered", contacts: str = "",
         response: Union[str, type] = "unilateral", stepper: str = "", device: str = "", ticks: Optional[int] = None,
-        query_distance_margin: Optional[float] = None, truth_stride: int = 1,
-        data: Optional[PathLike] = None) -> Result:
+        truth_stride: int = 1, data: Optional[PathLike] = None) -> Result:
     """Runs a scene in a closed loop, as `trocar run` does, in this process.
 
     scene: file, or a name of `trocar scenes`. detector, response: NAME[:key=value,...] or a class. contacts, stepper,
-    device: as on the command line; empty: the default. ticks: instead of the scene's number. query_distance_margin:
-    mean edges. truth_stride: the exact truth is computed on every n-th tick, 0: never. data: folder of data meshes, else
-    $TROCAR_DATA.
+    device: as on the command line; empty: the default. ticks: instead of the scene's number. truth_stride:
+    the exact truth is computed on every n-th tick, 0: never. data: folder of data meshes, else $TROCAR_DATA.
 
     The lock of the interpreter is released meanwhile. An interruption ends the run with KeyboardInterrupt. Raises
     InputError; a failure of a method is the result's outcome.
     """
     return Result(_trocar.run(os.fspath(scene), _name_of(detector, register_detector), contacts,
-                              _name_of(response, register_response), stepper, device, ticks, query_distance_margin,
-                              truth_stride, data))
+                              _name_of(response, register_response), stepper, device, ticks, truth_stride, data))
 
 
 # ---------------------------------------------------------------- studies and reports
