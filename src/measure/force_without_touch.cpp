@@ -60,13 +60,15 @@ void ForceWithoutTouch::keep(Pair& pair, double force, double clearance) {
 
 void ForceWithoutTouch::observe(const Frame& after, const ResponseOutput& output,
                                 std::span<const ContactForce> contact_forces, const Bound& bound) {
+    if (pairs_.empty()) return;
     for (Pair& pair : pairs_) pair.force = 0.0;
+    bool unreported = false;
     for (std::size_t c = 0; c < std::min(output.contacts.size(), contact_forces.size()); ++c) {
         const double force = contact_forces[c].force.norm();
         if (output.contacts[c].bilateral() || force == 0.0) continue;
         const Index pair = pair_of(output.contacts[c]);
         if (pair < 0) {
-            unreported_ = true;
+            unreported = true;
         } else {
             pairs_[at(pair)].force += force;
         }
@@ -75,10 +77,13 @@ void ForceWithoutTouch::observe(const Frame& after, const ResponseOutput& output
                                     [](const PositionCorrection& one) { return !one.held; });
     const bool wrenches = std::any_of(output.wrench.begin(), output.wrench.end(),
                                       [](const Wrench& one) { return !one.force.isZero(0.0); });
-    unreported_ = unreported_ || placed || wrenches || !output.held_force.isZero(0.0);
+    if (unreported || placed || wrenches || !output.held_force.isZero(0.0)) {
+        pairs_.clear();
+        return;
+    }
     for (std::size_t number = 0; number < pairs_.size(); ++number) {
         Pair& pair = pairs_[number];
-        if (counted_[number] == 0 || unreported_) continue;
+        if (counted_[number] == 0) continue;
         const auto [a, b] = topology_->body_pairs[number];
         const double start = pair.start;
         pair.start = bound(a, b);
@@ -100,7 +105,6 @@ void ForceWithoutTouch::observe(const Frame& after, const ResponseOutput& output
 double ForceWithoutTouch::largest() const {
     constexpr double of_peak = 0.01;
     double largest = not_known;
-    if (unreported_) return largest;
     for (const Pair& pair : pairs_) {
         for (const Sample& one : pair.samples) {
             if (one.force > of_peak * pair.peak) largest = std::fmax(largest, one.clearance);

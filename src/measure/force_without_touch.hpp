@@ -49,10 +49,9 @@ private:
 
     const Topology* topology_;
     std::vector<std::uint8_t> counted_;
-    std::vector<Pair> pairs_;  ///< per Topology::body_pairs entry
+    std::vector<Pair> pairs_;  ///< per Topology::body_pairs entry; none once a force belonged to no pair
     Frame before_;             ///< positions at the start of the tick
     std::vector<TrianglePair> near_;
-    bool unreported_ = false;
 };
 
 }  // namespace trocar

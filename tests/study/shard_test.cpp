@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "geometry/input_error.hpp"
 #include "study/runner.hpp"
 
 namespace trocar {
@@ -29,6 +30,18 @@ std::map<std::string, std::int64_t> shards_of(std::vector<PlannedRun> plan, std:
     std::map<std::string, std::int64_t> shards;
     for (const PlannedRun& run : plan) shards[run.spec.detector] = run.shard;
     return shards;
+}
+
+TEST(ReadShard, IsANumberOfANumberAndNothingElse) {
+    const Shard shard = read_shard("3/17");
+    EXPECT_EQ(shard.number, 3);
+    EXPECT_EQ(shard.count, 17);
+    EXPECT_EQ(read_shard("1/1").count, 1);
+    EXPECT_EQ(read_shard("100000/100000").number, 100'000);
+    for (const char* text : {"", "0/3", "4/3", "-1/3", "1/0", "1", "1/", "/3", "a/b", "1a/3", "1/3a", "1/3/4", "1/3 ",
+                             " 1/3", "1:3", "1/100001", "1/99999999999999999999"}) {
+        EXPECT_THROW((void)read_shard(text), InputError) << text;
+    }
 }
 
 TEST(AssignShards, DependsOnTheRunAloneAndFillsEveryShard) {
