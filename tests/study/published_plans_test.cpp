@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(Studies, PublishedPlan,
                          testing::Values("contact_generators", "cost_by_size", "default", "detection", "external",
                                          "far_field", "hard_cases", "paced", "resolution", "speed_sweep", "steppers",
                                          "verdict"),
-                         [](const auto& info) { return info.param; });
+                         [](const auto& study) { return study.param; });
 
 }  // namespace
 }  // namespace trocar
