@@ -15,7 +15,6 @@
 
 #include "app/commands.hpp"
 #include "app/detector_answers.hpp"
-#include "app/json_values.hpp"
 #include "geometry/input_error.hpp"
 #include "geometry/mesh_file.hpp"
 #include "geometry/mesh_text.hpp"
@@ -62,15 +61,32 @@ Mesh posed_mesh(const std::filesystem::path& file, const std::string& letter, co
     return mesh;
 }
 
-using Json = nlohmann::ordered_json;
-
 std::string milliseconds(std::int64_t ns) {
     return ns < 0 ? "-" : fmt::format("{:.3f}", static_cast<double>(ns) * 1e-6);
 }
 
+/// The one frame; an empty answer of a detector that gave none.
+FrameAnswer only_frame(const DetectorAnswer& answer) {
+    return answer.frames.empty() ? FrameAnswer{} : answer.frames.front();
+}
+
+void print_json(const std::vector<DetectorAnswer>& answers, const TickTruth* truth) {
+    fmt::memory_buffer text;
+    const auto out = std::back_inserter(text);
+    fmt::format_to(out, "{{\"detectors\":[");
+    for (const DetectorAnswer& answer : answers) {
+        fmt::format_to(out, "{}{{\"name\":{},\"outcome\":\"{}\",\"message\":{},", &answer == answers.data() ? "" : ",",
+                       quoted_json(answer.name), name_of(answer.outcome.kind), quoted_json(answer.outcome.message));
+        append_json(only_frame(answer), text);
+        fmt::format_to(out, "}}");
+    }
+    fmt::format_to(out, "],\"truth\":{}}}\n", truth != nullptr ? fmt::format("{}", truth->pairs.size()) : "null");
+    std::fwrite(text.data(), 1, text.size(), stdout);
+}
+
 /// One line "i j" per pair, then a summary in comment lines.
 void print_pairs(const DetectorAnswer& answer, const std::optional<TickTruth>& truth) {
-    const FrameAnswer frame = answer.frames.empty() ? FrameAnswer{} : answer.frames.front();
+    const FrameAnswer frame = only_frame(answer);
     fmt::memory_buffer text;
     for (std::size_t k = 0; k < frame.pairs.size(); ++k) {
         const bool touches = std::binary_search(frame.touch.begin(), frame.touch.end(), static_cast<Index>(k));
@@ -131,15 +147,7 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
     }
     const int status = conclude(all, answers);
     if (common.json) {
-        Json detectors = Json::array();
-        for (const DetectorAnswer& answer : answers) {
-            Json one{
-                {"name", answer.name}, {"outcome", name_of(answer.outcome.kind)}, {"message", answer.outcome.message}};
-            one.update(answer_json(answer.frames.empty() ? FrameAnswer{} : answer.frames.front()));
-            detectors.push_back(std::move(one));
-        }
-        const Json truth = judged ? Json(truths.front()->pairs.size()) : Json(nullptr);
-        print_json_line(Json{{"detectors", std::move(detectors)}, {"truth", truth}});
+        print_json(answers, judged ? &*truths.front() : nullptr);
     } else if (all) {
         print_answers(answers, &truths);
     } else {

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <iterator>
 #include <optional>
 #include <string>
@@ -19,8 +20,6 @@
 
 namespace trocar::app {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 /// Pairs that a recording reports as apart (depth below 0), by frame: they are found if they truly meet.
 using PairsApart = std::vector<std::vector<TrianglePair>>;
@@ -80,55 +79,66 @@ LongSteps judge_all(RecordingReader& recording, const PairsApart& apart, std::ve
     return watch.steps();
 }
 
-/// "pair" is null where the detector names bodies only.
-Json swept_json(const std::vector<SweptContact>& swept) {
-    Json list = Json::array();
-    for (const SweptContact& contact : swept) {
-        const Json kind = contact.kind == SweptKind::edge_edge     ? Json("edge_edge")
-                          : contact.kind == SweptKind::vertex_face ? Json("vertex_face")
-                                                                   : Json(nullptr);
-        list.push_back({{"pair", contact.a < 0 ? Json(nullptr) : Json{contact.a, contact.b}},
-                        {"bodies", {contact.body_a, contact.body_b}},
-                        {"time", contact.time},
-                        {"kind", kind}});
+/// Only where a detector reports contacts that begin between frames. "pair" is null where it names bodies only.
+void print_swept(const std::vector<SweptContact>& swept, fmt::memory_buffer& text) {
+    const auto out = std::back_inserter(text);
+    fmt::format_to(out, ",\"swept\":[");
+    for (std::size_t k = 0; k < swept.size(); ++k) {
+        const SweptContact& contact = swept[k];
+        const char* const kind = contact.kind == SweptKind::edge_edge     ? "\"edge_edge\""
+                                 : contact.kind == SweptKind::vertex_face ? "\"vertex_face\""
+                                                                          : "null";
+        const std::string pair = contact.a < 0 ? "null" : fmt::format("[{},{}]", contact.a, contact.b);
+        fmt::format_to(out, "{}{{\"pair\":{},\"bodies\":[{},{}],\"time\":{},\"kind\":{}}}", k > 0 ? "," : "", pair,
+                       contact.body_a, contact.body_b, json_number(contact.time).dump(), kind);
     }
-    return list;
+    fmt::format_to(out, "]");
 }
 
-Json replay_json(const RecordingReader& recording, const std::vector<DetectorAnswer>& answers, const Truths* truths,
-                 const std::vector<FrameFigures>& figures, const LongSteps& steps) {
-    Json document{{"hash", fmt::format("{:016x}", recording.hash())}, {"detectors", Json::array()}};
-    for (const DetectorAnswer& answer : answers) {
-        Json frames = Json::array();
-        for (const FrameAnswer& frame : answer.frames) {
-            Json one{{"tick", frames.size()}, {"outcome", name_of(frame.outcome.kind)}, {"truncated", frame.truncated}};
-            one.update(answer_json(frame));
-            // Only where a detector reports contacts that begin between frames.
-            if (!frame.swept.empty()) one["swept"] = swept_json(frame.swept);
-            frames.push_back(std::move(one));
+void print_json(const RecordingReader& recording, const std::vector<DetectorAnswer>& answers, const Truths* truth,
+                const std::vector<FrameFigures>& figures, const LongSteps& steps) {
+    fmt::memory_buffer text;
+    const auto out = std::back_inserter(text);
+    fmt::format_to(out, "{{\"hash\":\"{:016x}\",\"detectors\":[", recording.hash());
+    for (std::size_t d = 0; d < answers.size(); ++d) {
+        const DetectorAnswer& answer = answers[d];
+        fmt::format_to(out, "{}{{\"name\":{},\"outcome\":\"{}\",\"message\":{},\"frames\":[", d > 0 ? "," : "",
+                       quoted_json(answer.name), name_of(answer.outcome.kind), quoted_json(answer.outcome.message));
+        for (std::size_t tick = 0; tick < answer.frames.size(); ++tick) {
+            const FrameAnswer& frame = answer.frames[tick];
+            fmt::format_to(out, "{}{{\"tick\":{},\"outcome\":\"{}\",\"truncated\":{},", tick > 0 ? "," : "", tick,
+                           name_of(frame.outcome.kind), frame.truncated);
+            append_json(frame, text);
+            if (!frame.swept.empty()) print_swept(frame.swept, text);
+            fmt::format_to(out, "}}");
         }
-        document["detectors"].push_back({{"name", answer.name},
-                                         {"outcome", name_of(answer.outcome.kind)},
-                                         {"message", answer.outcome.message},
-                                         {"frames", std::move(frames)}});
+        fmt::format_to(out, "]}}");
     }
-    document["truth"] = nullptr;
-    if (truths != nullptr) {
-        Json& counts = document["truth"] = Json::array();
-        for (const std::optional<TickTruth>& exact : *truths) {
-            counts.push_back(exact ? Json(exact->pairs.size()) : Json(nullptr));
+    fmt::format_to(out, "],\"truth\":");
+    if (truth == nullptr) {
+        fmt::format_to(out, "null");
+    } else {
+        fmt::format_to(out, "[");
+        for (std::size_t tick = 0; tick < truth->size(); ++tick) {
+            const std::optional<TickTruth>& exact = (*truth)[tick];
+            fmt::format_to(out, "{}{}", tick > 0 ? "," : "",
+                           exact ? std::to_string(exact->pairs.size()) : std::string("null"));
         }
-        document["figures"] = Json::array();
-        for (const FrameFigures& one : figures) document["figures"].push_back(frame_json(one));
+        fmt::format_to(out, "]");
+    }
+    if (truth != nullptr) {
+        nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+        for (const FrameFigures& one : figures) rows.push_back(frame_json(one));
+        fmt::format_to(out, ",\"figures\":{}", rows.dump());
     }
     if (steps.frames > 0) {
-        document["long_steps"] = {{"frames", steps.frames},
-                                  {"tick", steps.tick},
-                                  {"body", recording.topology().bodies[static_cast<std::size_t>(steps.body)].name},
-                                  {"step_m", json_number(steps.step)},
-                                  {"edge_m", json_number(steps.edge)}};
+        fmt::format_to(out, ",\"long_steps\":{{\"frames\":{},\"tick\":{},\"body\":{},\"step_m\":{},\"edge_m\":{}}}",
+                       steps.frames, steps.tick,
+                       quoted_json(recording.topology().bodies[static_cast<std::size_t>(steps.body)].name),
+                       json_number(steps.step).dump(), json_number(steps.edge).dump());
     }
-    return document;
+    fmt::format_to(out, "}}\n");
+    std::fwrite(text.data(), 1, text.size(), stdout);
 }
 
 }  // namespace
@@ -164,7 +174,7 @@ int replay(const CommonOptions& common, const ReplayOptions& options) {
     }
     const int status = conclude(all, answers);
     if (common.json) {
-        print_json_line(replay_json(recording, answers, truth, figures, steps));
+        print_json(recording, answers, truth, figures, steps);
     } else {
         fmt::print("{} frames of {} triangles in {} bodies, hash {:016x}\n", recording.frame_count(),
                    recording.topology().triangle_count(), recording.topology().body_count(), recording.hash());

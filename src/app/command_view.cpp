@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -16,6 +15,7 @@
 #include "geometry/whole_file.hpp"
 #include "report/report.hpp"
 #include "report/view_links.hpp"
+#include "scene/recording.hpp"
 #include "view/page.hpp"
 
 namespace trocar::app {
@@ -118,7 +118,7 @@ int view(const CommonOptions& common, const ViewOptions& options) {
     if (options.pages) return write_pages(common, options);
     const std::filesystem::path& first = options.inputs.front();
     const bool records = holds_records(first);
-    const bool recording = !records && is_recording(first);
+    const bool recording = !records && is_recording(first, "a scene, a recording or a report");
     if (!records && options.inputs.size() > 1) {
         throw InputError("command line", "", "one scene, one recording, or folders of reports",
                          fmt::format("{} files", options.inputs.size()));

@@ -1,11 +1,13 @@
 #include "app/detector_answers.hpp"
 
-#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
 #include <cstring>
+#include <iterator>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string_view>
 #include <tuple>
@@ -16,8 +18,6 @@
 #include "measure/statistics.hpp"
 
 namespace trocar::app {
-
-using Json = nlohmann::ordered_json;
 
 namespace {
 
@@ -225,19 +225,24 @@ int conclude(bool all, std::vector<DetectorAnswer>& answers) {
     return status;
 }
 
-Json answer_json(const FrameAnswer& answer) {
-    Json pairs = Json::array();
-    for (const TrianglePair& pair : answer.pairs) pairs.push_back({pair.a, pair.b});
-    const auto number = [](bool known, std::int64_t value) { return known ? Json(value) : Json(nullptr); };
-    const bool judged = answer.errors.has_value();
+void append_json(const FrameAnswer& answer, fmt::memory_buffer& text) {
+    const auto out = std::back_inserter(text);
+    fmt::format_to(out, "\"pairs\":[");
+    for (std::size_t k = 0; k < answer.pairs.size(); ++k) {
+        fmt::format_to(out, "{}[{},{}]", k > 0 ? "," : "", answer.pairs[k].a, answer.pairs[k].b);
+    }
+    fmt::format_to(out, "],\"touch\":[{}]", fmt::join(answer.touch, ","));
+    const auto number = [](bool known, std::int64_t value) { return known ? fmt::format("{}", value) : "null"; };
     const PairErrors errors = answer.errors.value_or(PairErrors{});
     const bool timed = answer.outcome.ok() && answer.update_ns >= 0;
-    return {{"pairs", std::move(pairs)},
-            {"touch", answer.touch},
-            {"false_negatives", number(judged, errors.false_negatives)},
-            {"false_positives", number(judged, errors.false_positives)},
-            {"update_ns", number(timed, answer.update_ns)},
-            {"detect_ns", number(timed, answer.detect_ns)}};
+    fmt::format_to(out, ",\"false_negatives\":{},\"false_positives\":{},\"update_ns\":{},\"detect_ns\":{}",
+                   number(answer.errors.has_value(), errors.false_negatives),
+                   number(answer.errors.has_value(), errors.false_positives), number(timed, answer.update_ns),
+                   number(timed, answer.detect_ns));
+}
+
+std::string quoted_json(const std::string& text) {
+    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 void print_answers(const std::vector<DetectorAnswer>& answers, const Truths* truths) {
@@ -261,6 +266,7 @@ void print_answers(const std::vector<DetectorAnswer>& answers, const Truths* tru
         std::size_t pairs = 0;
         std::size_t touch = 0;
         PairErrors errors;
+        bool judged = false;
         std::vector<double> update;
         std::vector<double> detect;
         for (const FrameAnswer& frame : answer.frames) {
@@ -271,14 +277,15 @@ void print_answers(const std::vector<DetectorAnswer>& answers, const Truths* tru
             if (frame.update_ns >= 0) update.push_back(static_cast<double>(frame.update_ns));
             if (frame.detect_ns >= 0) detect.push_back(static_cast<double>(frame.detect_ns));
             if (!frame.errors) continue;
+            judged = true;
             errors.false_negatives += frame.errors->false_negatives;
             errors.false_positives += frame.errors->false_positives;
         }
-        const bool judged = truths != nullptr && !answer.frames.empty();
-        fmt::print(fmt::runtime(row), answer.name, name_of(answer.outcome.kind), good, pairs, touch,
-                   judged ? std::to_string(errors.false_negatives) : "-",
-                   judged ? std::to_string(errors.false_positives) : "-", median_ms(update), median_ms(detect),
-                   answer.outcome.message);
+        // Of who gave no answer nothing is counted, and 0 would be an answer.
+        const auto count = [](bool known, auto number) { return known ? std::to_string(number) : std::string("-"); };
+        fmt::print(fmt::runtime(row), answer.name, name_of(answer.outcome.kind), good, count(good > 0, pairs),
+                   count(good > 0, touch), count(judged, errors.false_negatives), count(judged, errors.false_positives),
+                   median_ms(update), median_ms(detect), answer.outcome.message);
     }
     fmt::print("Sums over the frames that ended ok; times are medians over them. A study measures many ticks.\n");
 }

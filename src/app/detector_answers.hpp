@@ -2,9 +2,10 @@
 // library may crash on what it is given. Its pairs are held against the exact oracle.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <cstdint>
 #include <functional>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -66,8 +67,12 @@ void judge(const Topology& topology, const Frame& frame, const TickTruth* truth,
 /// lacks; of a single one reports how it failed. Returns the exit status.
 int conclude(bool all, std::vector<DetectorAnswer>& answers);
 
-/// "pairs", "touch", "false_negatives", "false_positives", "update_ns", "detect_ns"; null when absent.
-nlohmann::ordered_json answer_json(const FrameAnswer& answer);
+/// Appends "pairs":[…],"touch":[…],"false_negatives":…,"false_positives":…,"update_ns":…,"detect_ns":… without braces;
+/// null when absent. Millions of pairs are too many for a tree of JSON values.
+void append_json(const FrameAnswer& answer, fmt::memory_buffer& text);
+
+/// JSON string with quotes; invalid UTF-8 bytes are replaced.
+std::string quoted_json(const std::string& text);
 
 /// A row for each detector, with sums and medians over its frames. `truths` may be null.
 void print_answers(const std::vector<DetectorAnswer>& answers, const Truths* truths);

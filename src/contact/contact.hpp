@@ -31,7 +31,7 @@ enum class ContactCase : std::uint8_t {
     edge_edge     ///< the same generators: closest points of two edges
 };
 
-/// In the order of ContactCase, as commands and files print them.
+/// Names of ContactCase in its order, as files have them.
 inline constexpr std::array contact_case_words{"unset",    "a_enters_b", "b_enters_a", "edges_cross", "touch",
                                                "coplanar", "degenerate", "point_face", "edge_edge"};
 

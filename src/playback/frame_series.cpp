@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <regex>
@@ -450,7 +449,7 @@ std::unique_ptr<FrameSource> frame_series(const std::vector<path>& inputs, const
     Surfaces surfaces;
     for (const path& input : inputs) {
         const bool folder = std::filesystem::is_directory(input);
-        if (!folder && is_recording(input)) {
+        if (!folder && is_recording(input, "frames")) {
             if (inputs.size() > 1) throw InputError(input.string(), "", "a recording by itself", "more inputs");
             if (!std::isnan(choice.unit) || !std::isnan(choice.frame_time) || choice.bodies != BodyRule::given) {
                 throw InputError(input.string(), "", "no --unit, --frame-time or --bodies for a recording",

@@ -156,9 +156,9 @@ Header read_header(const JsonNode& node) {
 
 }  // namespace
 
-bool is_recording(const std::filesystem::path& file) {
+bool is_recording(const std::filesystem::path& file, const std::string& expected) {
     std::string word(magic.size(), '\0');
-    std::ifstream stream = open_input(file, "a readable file");
+    std::ifstream stream = open_input(file, expected);
     return stream.read(word.data(), static_cast<std::streamsize>(word.size())) && word == magic;
 }
 

@@ -16,8 +16,8 @@
 
 namespace trocar {
 
-/// Whether the file begins as a recording does. Throws InputError when it cannot be read.
-bool is_recording(const std::filesystem::path& file);
+/// Whether the file begins as a recording does. Throws InputError, with what was `expected`, when it cannot be read.
+bool is_recording(const std::filesystem::path& file, const std::string& expected);
 
 /// Reads the header at construction and frames on demand.
 class RecordingReader {

@@ -155,7 +155,8 @@ void EnergyMomentumAudit::observe_tissue(const Frame& seen, const Frame& after, 
         for (Index v = 0; v < scene_->topology.vertex_count; ++v) {
             const Vector3 force = output.held_force.col(v);
             if (force.isZero(0.0)) continue;
-            const double done = push(force, {v, -1, -1}, {1.0, 0.0, 0.0});
+            const ContactPoint point = ContactPoint::at_vertex(v);
+            const double done = push(force, point.vertices, point.weights);
             work += done;
             moved += std::abs(done);
         }

@@ -19,7 +19,7 @@ namespace {
 
 /// The right answer at one frame.
 struct ExternalTruth {
-    TickTruth meeting;
+    TickTruth exact;
     std::vector<TrianglePair> beginnings;  ///< sorted; of a data set with a motion
 };
 
@@ -54,7 +54,7 @@ public:
         const std::size_t first = data_.meeting ? 1 : 0;
         for (std::size_t k = first; k < data_.frames.size(); ++k) {
             ExternalTruth& truth = truth_.emplace_back();
-            truth.meeting = truth_of(data_.topology, data_.frames[k]);
+            truth.exact = truth_of(data_.topology, data_.frames[k]);
             if (data_.meeting) truth.beginnings = beginnings_of(data_);
         }
         std::vector<std::size_t> order(asked_.size());
@@ -125,7 +125,7 @@ private:
 
     void judge(const ExternalTruth& truth, Asked& asked, StepRow& row) const {
         const ContactSet& contacts = asked.contacts;
-        judge_pairs(truth.meeting, contacts.pairs, row);
+        judge_pairs(truth.exact, contacts.pairs, row);
         if (!data_.meeting) return;
         std::vector<TrianglePair> between;
         between.reserve(contacts.swept.size());
@@ -161,8 +161,8 @@ public:
         ContactSet contacts;
         contacts.native_wanted = false;
         bool found = false;
-        const std::unique_ptr<Detector> detector = make_detector(spec_.detector);
         try {
+            const std::unique_ptr<Detector> detector = make_detector(spec_.detector);
             detector->prepare(topology, **frames.begin());
             for (const Frame* frame : frames) {
                 if (!contacts.outcome.ok()) break;

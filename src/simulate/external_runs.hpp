@@ -1,4 +1,5 @@
-// Detectors on frames of other groups' data sets (scene/external_frames.hpp). They take turns in one process.
+// Detectors on other groups' data sets: on frames (scene/external_frames.hpp), where they take turns in one process,
+// and on queries with known answers, where each runs alone.
 #pragma once
 
 #include <functional>

@@ -87,7 +87,7 @@ double query_distance_on(const GeneratedScene& scene) {
 
 /// The exact answer at one tick.
 struct Truth {
-    TickTruth meeting;
+    TickTruth exact;
     std::vector<TrianglePair> near;
 };
 
@@ -160,15 +160,12 @@ private:
         random_.shuffle(order);
         return order;
     }
-    /// Leaves room for the untimed tick before each block.
-    [[nodiscard]] std::int64_t first_tick(std::int64_t block) const { return 4 + block * (ticks_per_block_ + 1); }
-
     void find_truth() {
         for (std::int64_t block = 0; block < interleaved_blocks; ++block) {
-            const std::int64_t tick = first_tick(block);
+            const std::int64_t tick = first_tick_of_block(block, ticks_per_block_);
             scene_.write(tick, frame_);
             Truth& truth = truth_[tick];
-            truth.meeting = truth_of(scene_.topology(), frame_);
+            truth.exact = truth_of(scene_.topology(), frame_);
             if (query_distance_ > 0.0) true_near_pairs(scene_.topology(), frame_, query_distance_, truth.near);
             frames_hash_.add_word(frame_.hash());
         }
@@ -242,7 +239,7 @@ private:
         Member& member = members_[index];
         if (turn_) turn_(index);
         try {
-            const std::int64_t first = first_tick(block);
+            const std::int64_t first = first_tick_of_block(block, ticks_per_block_);
             time_tick(first - 1, member);  // fills the caches
             for (std::int64_t tick = first; tick < first + member.ticks_per_block && member.ok(); ++tick) {
                 StepRow row = time_tick(tick, member);
@@ -261,7 +258,7 @@ private:
     }
 
     static void judge(const Truth& truth, Member& member, StepRow& row) {
-        judge_pairs(truth.meeting, member.contacts.pairs, row);
+        judge_pairs(truth.exact, member.contacts.pairs, row);
         if (member.query_distance > 0.0) {
             row.true_proximity_pairs = static_cast<std::int64_t>(truth.near.size());
             row.proximity_false_negatives = compare_pairs(member.contacts.near, truth.near, {}).false_negatives;
@@ -271,7 +268,7 @@ private:
 
     static std::string expected(const Truth& truth, const Member& member) {
         static const std::vector<TrianglePair> none;
-        return hash_of(truth.meeting.pairs, member.query_distance > 0.0 ? truth.near : none);
+        return hash_of(truth.exact.pairs, member.query_distance > 0.0 ? truth.near : none);
     }
 
     /// Of those asked the same, the exact detector with most ticks; null where none agreed with truth.
@@ -320,6 +317,10 @@ private:
 
 std::int64_t ticks_per_block(std::int64_t ticks) {
     return std::max<std::int64_t>(1, (ticks + interleaved_blocks - 1) / interleaved_blocks);
+}
+
+std::int64_t first_tick_of_block(std::int64_t block, std::int64_t ticks_per_block) {
+    return 4 + block * (ticks_per_block + 1);
 }
 
 InterleavedRun interleaved_run(const RunSpec& spec) {

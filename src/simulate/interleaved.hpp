@@ -18,6 +18,8 @@ namespace trocar {
 inline constexpr std::int64_t interleaved_blocks = 8;
 /// Ticks of a block of a run of `ticks` ticks. Truth is computed on the first of each: RunSpec::truth_stride.
 std::int64_t ticks_per_block(std::int64_t ticks);
+/// First timed tick of a block. It leaves room for an untimed tick before each.
+std::int64_t first_tick_of_block(std::int64_t block, std::int64_t ticks_per_block);
 
 /// One detector of a run.
 struct InterleavedRun {

@@ -14,9 +14,9 @@ public:
     /// The same for bodies that all move. `frame`: first frame of the topology.
     QueryDistance(const Topology& topology, const Frame& frame);
     /// Query distance in m for a frame whose kinematic bodies have moved: margin + driven_move + min(tissue_move +
-    /// deep, driven_move + 2 mean edges). The margin is 0.1 of the smallest mean edge of the bodies that move. It is
-    /// rounded up to margin · 2ⁿ, so that structures need not be rebuilt every tick. `driven_move`, `tissue_move`: m,
-    /// largest displacement since the last frame of a vertex of kinematic bodies, and of tissue that may have met
+    /// deep, driven_move + 2 mean edges). The margin is 0.1 of the smallest mean edge of the bodies that move. The sum
+    /// is rounded up to margin · 2ⁿ, so that structures need not be rebuilt every tick. `driven_move`, `tissue_move`:
+    /// m, largest displacement since the last frame of a vertex of kinematic bodies, and of tissue that may have met
     /// another body. `deep`: m, depth beyond what the pairs show. The cap bounds the cost: tissue that moves farther in
     /// a tick has lost its neighbourhood, and the query would return every pair of triangles.
     [[nodiscard]] double of(double driven_move, double tissue_move, double deep) const;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 
 #include "geometry/fnv_hash.hpp"
 #include "geometry/input_error.hpp"

@@ -10,7 +10,6 @@
 
 #include "contact/derive.hpp"
 #include "geometry/triangle_distance.hpp"
-#include "measure/pair_truth.hpp"
 
 namespace trocar {
 namespace {

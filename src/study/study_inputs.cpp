@@ -1,9 +1,14 @@
-// Inputs of a study beside each other: scenes, hard cases, generated scenes, and other groups' data sets with answers
-// that nobody here computed. RunSpec::scene_file says which; facts and runs of all are asked for alike.
+// All kinds of input of a study: scenes, hard cases, generated scenes, and other groups' data sets with answers that
+// nobody here computed. RunSpec::scene_file names the kind.
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
+#include <memory>
+#include <optional>
 #include <string>
+#include <string_view>
+#include <vector>
 
 #include "geometry/fnv_hash.hpp"
 #include "geometry/whole_file.hpp"

@@ -1,6 +1,11 @@
 // The command on meshes whose intersecting pairs are known by hand, and against the oracle.
 #include <gtest/gtest.h>
 
+#include <iterator>
+#include <sstream>
+#include <string>
+#include <vector>
+
 #include "geometry/mesh_file.hpp"
 #include "support/commands.hpp"
 
@@ -112,6 +117,22 @@ TEST_F(DetectCommand, AllHoldsEveryDetectorAgainstTheOracle) {
     EXPECT_EQ(table.status, 0);
     EXPECT_LT(table.out.find("exact oracle"), table.out.find("brute_force"));
     for (const Json& known : list) EXPECT_NE(table.out.find(known.at("name").get<std::string>()), std::string::npos);
+}
+
+TEST_F(DetectCommand, WhoGaveNoAnswerHasNoCountsInTheTable) {
+    const ProgramResult table = run("--detector all --time-limit 1e-9");
+    std::istringstream lines(table.out);
+    int late = 0;
+    for (std::string line; std::getline(lines, line);) {
+        std::istringstream words(line);
+        const std::vector<std::string> row{std::istream_iterator<std::string>(words), {}};
+        if (row.size() < 9 || row[1] != "timed_out") continue;
+        ++late;
+        EXPECT_EQ(std::vector(row.begin() + 2, row.begin() + 9),
+                  (std::vector<std::string>{"0", "-", "-", "-", "-", "-", "-"}))
+            << line;
+    }
+    EXPECT_GT(late, 2) << table.out;
 }
 
 TEST_F(DetectCommand, OneDetectorPrintsAPairPerLine) {

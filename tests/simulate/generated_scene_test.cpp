@@ -82,7 +82,7 @@ TEST(GeneratedScene, PublishedDetectionWasMeasuredOnTheseFrames) {
         FnvHash hash;
         Frame frame;
         for (std::int64_t block = 0; block < interleaved_blocks; ++block) {
-            made->write(4 + block * (ticks_per_block(spec.ticks) + 1), frame);
+            made->write(first_tick_of_block(block, ticks_per_block(spec.ticks)), frame);
             hash.add_word(frame.hash());
         }
         found[name] = hash.text();

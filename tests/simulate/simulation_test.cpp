@@ -11,6 +11,7 @@
 #include "method/registry.hpp"
 #include "simulate/frame_source.hpp"
 #include "simulate/query_distance.hpp"
+#include "support/meshes.hpp"
 #include "support/scene_runs.hpp"
 #include "support/scene_samples.hpp"
 

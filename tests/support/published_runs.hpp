@@ -19,7 +19,7 @@
 
 namespace trocar::test {
 
-/// First processes of the default study that are wanted, less those that this build has no method for.
+/// First processes of the default study that are wanted. Runs of methods that this build lacks are not asked for.
 inline std::vector<Record> published_runs(const std::function<bool(const RunSpec&)>& wanted) {
     std::vector<Record> runs;
     for (Record& record : read_records(std::filesystem::path(TROCAR_SOURCE_DIR) / "reports" / "default")) {
@@ -29,8 +29,8 @@ inline std::vector<Record> published_runs(const std::function<bool(const RunSpec
             const std::string name = parse_method(method).name;
             return std::ranges::any_of(entries, [&](const auto& one) { return one.name == name; });
         };
-        if (spec.repetition != 0 || !wanted(spec)) continue;
-        if (!has(registry().detectors(), spec.detector) || !has(registry().responses(), spec.response)) continue;
+        const bool is_known = has(registry().detectors(), spec.detector) && has(registry().responses(), spec.response);
+        if (!is_known || spec.repetition != 0 || spec.scene.empty() || !wanted(spec)) continue;
         runs.push_back(std::move(record));
     }
     return runs;
