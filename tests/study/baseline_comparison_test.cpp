@@ -156,6 +156,17 @@ TEST(BaselineComparison, SeveralContactsOfAPairAreHeldAgainstTheNearest) {
     EXPECT_EQ(found.worst.at(0).before->point.x(), 0.2);
 }
 
+TEST(BaselineComparison, ContactsAtOnePointAreHeldAgainstThoseOfTheirDepth) {
+    const auto at_depths = [](double one, double other) {
+        BaselineAnswer answer{.ticks = {{.tick = 0, .contacts = {contact_at(0, 5, one), contact_at(0, 5, other)}}}};
+        for (Contact& contact : answer.ticks[0].contacts) contact.point = {0.25, 0.25, 0.0};
+        return answer;
+    };
+    // 2 mm stays and 1 mm became 3 mm; by their order each would have grown by 1 mm.
+    const AnswerDifference found = compare_answers(at_depths(1e-3, 2e-3), at_depths(2e-3, 3e-3), nanometre);
+    EXPECT_NEAR(found.worst_depth, 2e-3, 1e-15);
+}
+
 TEST(BaselineComparison, FewContactsAmongManyAreHeldAgainstTheNearestToo) {
     const BaselineAnswer many = row_of(150);
     for (const std::vector<std::size_t>& left : {std::vector<std::size_t>{70}, {30, 70}, {149, 0, 70}}) {

@@ -778,6 +778,37 @@ TEST_F(StudyFile, RoughTimesGrowWithTicksTrianglesAndJudgedTicks) {
     EXPECT_GT(seconds(R"(,"ticks":1000)", 100'000), 2.0 * seconds(timed, 100'000)) << "truth costs more than a method";
 }
 
+TEST_F(StudyFile, RoughTimesOfRunsThatAreMadeSeveralTimesGrowLikeThoseOfOne) {
+    // Metamorphic tests make a run seven times, runs with a twin twice; both grow with ticks and triangles.
+    const auto seconds = [](const std::string& mode, std::int64_t ticks, std::int64_t triangles) {
+        PlannedRun run;
+        run.spec.mode = mode;
+        run.spec.scene_file = "a.json";
+        run.spec.detector = "ohc";
+        run.spec.response = "penalty";
+        run.spec.ticks = ticks;
+        run.spec.truth_stride = mode == "resolution" ? 1 : 0;
+        complete_run({.name = "a",
+                      .hash = {},
+                      .pair_class = {},
+                      .dt = 0.001,
+                      .triangles = triangles,
+                      .has_resolution_window = true},
+                     run);
+        return run.rough_seconds;
+    };
+    for (const auto& [mode, times] : {std::pair{"metamorphic", 7.0}, {"resolution", 2.0}}) {
+        const double start = seconds(mode, 0, 1'000);
+        for (const std::int64_t triangles : {1'000, 100'000}) {
+            const double once = seconds("closed_loop", 1'000, triangles) - start;
+            EXPECT_GT(seconds(mode, 1'000, triangles) - start, 0.99 * times * once) << mode << triangles;
+            EXPECT_NEAR(seconds(mode, 3'000, triangles) - start, 3.0 * (seconds(mode, 1'000, triangles) - start), 1e-9)
+                << mode << triangles;
+        }
+        EXPECT_GT(seconds(mode, 1'000, 100'000), 10.0 * seconds(mode, 1'000, 1'000)) << mode;
+    }
+}
+
 TEST_F(StudyFile, PacedRunsMayDither) {
     const std::vector<PlannedRun> plan = make_plan(read(study_of({press + R"(,"clock":"paced","dither":1e-5)"})));
     ASSERT_EQ(plan.size(), 1U);
