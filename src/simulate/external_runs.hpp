@@ -1,5 +1,5 @@
-// Detectors on other groups' data sets: on frames (scene/external_frames.hpp), where they take turns in one process,
-// and on queries with known answers, where each runs alone.
+// Detectors on other groups' data sets (scene/external_frames.hpp). On frames they take turns in one process. On
+// queries with known answers each runs alone.
 #pragma once
 
 #include <functional>

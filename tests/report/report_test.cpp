@@ -440,8 +440,8 @@ TEST(Verdict, ResponsesAreOrderedByFailuresThenDepthsThenTime) {
 std::vector<Record> timed_replays(const std::string& detector, std::int64_t ticks, const auto& ns) {
     std::vector<Record> records;
     for (std::int64_t process = 0; process < processes_for_interval; ++process) {
-        Record record = synthetic(
-            {.mode = "replay", .detector = detector, .repetition = process, .ticks = warm_up_ticks + ticks});
+        Record record =
+            synthetic({.mode = "replay", .detector = detector, .repetition = process, .ticks = warm_up_ticks + ticks});
         for (StepRow& row : record.rows) {
             row.stage_ns.at(static_cast<std::size_t>(Stage::detect)) = ns(process, row.tick - warm_up_ticks);
         }
