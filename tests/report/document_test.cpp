@@ -50,6 +50,19 @@ Document sample() {
     return document;
 }
 
+TEST(Markdown, PageOneLinksThePartsBehindItAndNotWhatIsWithinThem) {
+    const Document document{.title = "Study",
+                            .blocks = {Heading{2, "First"}, Paragraph{"One."}, Heading{2, "Second"},
+                                       Heading{3, "Within"}, Paragraph{"Two."}},
+                            .page_one = 2};
+    const std::string text = page_one_to_markdown(document, "report.html");
+    EXPECT_NE(text.find("One."), std::string::npos);
+    EXPECT_EQ(text.find("Two."), std::string::npos);
+    EXPECT_NE(text.find("[Second](report.html#second)"), std::string::npos) << text;
+    EXPECT_EQ(text.find("Within"), std::string::npos) << text;
+    EXPECT_EQ(text.find("[First]"), std::string::npos) << text;
+}
+
 TEST(Markdown, PipesInCellsDoNotBreakATable) {
     test::expect_holds(to_markdown(sample()), {"| a\\|b | 1 |", "|---|---:|"});
 }
