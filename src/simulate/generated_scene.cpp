@@ -400,7 +400,10 @@ Balls::Balls(Index count, Index triangles, std::uint64_t seed) {
         const Vector3 cell(i % side, row, layer);
         // Neighbours along x overlap by 4 % of a diameter, the others keep clear of each other.
         centre_.push_back(2.0 * radius * cell.cwiseProduct(Vector3(0.96, 1.15, 1.15)));
-        wobble_.push_back(180.0 * Vector3(random.signed_unit(), random.signed_unit(), random.signed_unit()));
+        // The order of a call's arguments differs between compilers, so that each is drawn by itself, z first.
+        Vector3 wobble;
+        for (int axis = 2; axis >= 0; --axis) wobble[axis] = random.signed_unit();
+        wobble_.push_back(180.0 * wobble);
         bodies.push_back({.name = fmt::format("ball_{}", i),
                           .kind = BodyKind::tissue,
                           .vertex_count = static_cast<Index>(ball_.cols()),
