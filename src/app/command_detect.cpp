@@ -128,6 +128,7 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
     const Topology& topology = question.topology;
     const AskedFrames frames{topology, 1, [&question](std::int64_t, Frame& frame) { frame = question.frame; }};
     std::vector<DetectorAnswer> answers;
+    answers.reserve(methods.size());
     for (const MethodSpec& method : methods) answers.push_back(ask(method, frames, options.time_limit_s));
     const bool judged = all || options.truth;
     Truths truths(1);
