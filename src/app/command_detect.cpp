@@ -85,7 +85,7 @@ void print_json(const std::vector<DetectorAnswer>& answers, const TickTruth* tru
 }
 
 /// One line "i j" per pair, then a summary in comment lines.
-void print_pairs(const DetectorAnswer& answer, const std::optional<TickTruth>& truth) {
+void print_pairs(const DetectorAnswer& answer, const TickTruth* truth) {
     const FrameAnswer frame = only_frame(answer);
     fmt::memory_buffer text;
     for (std::size_t k = 0; k < frame.pairs.size(); ++k) {
@@ -133,6 +133,7 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
     const bool judged = all || options.truth;
     Truths truths(1);
     if (judged) truths.front() = truth_of(topology, question.frame);
+    const TickTruth* const truth = judged ? &*truths.front() : nullptr;
     const Index first_of_b = topology.bodies[1].triangles.first;
     const auto number_in_file = [first_of_b](Index triangle) {
         return triangle < first_of_b ? triangle : triangle - first_of_b;
@@ -140,7 +141,7 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
     for (DetectorAnswer& answer : answers) {
         if (answer.frames.empty()) continue;
         FrameAnswer& frame = answer.frames.front();
-        judge(topology, question.frame, judged ? &*truths.front() : nullptr, number_in_file, frame);
+        judge(topology, question.frame, truth, number_in_file, frame);
         answer.outcome = frame.outcome;
         if (frame.truncated && answer.outcome.message.empty()) {
             answer.outcome.message = "truncated: a limit cut the list of pairs";
@@ -148,11 +149,11 @@ int detect(const CommonOptions& common, const DetectOptions& options) {
     }
     const int status = conclude(all, answers);
     if (common.json) {
-        print_json(answers, judged ? &*truths.front() : nullptr);
+        print_json(answers, truth);
     } else if (all) {
         print_answers(answers, &truths);
     } else {
-        print_pairs(answers.front(), truths.front());
+        print_pairs(answers.front(), truth);
     }
     return status;
 }

@@ -18,7 +18,6 @@
 #include "measure/statistics.hpp"
 
 namespace trocar::app {
-
 namespace {
 
 template <typename Number>

@@ -154,7 +154,7 @@ std::string external_file(const std::string& format, const std::string& path);
 std::string external_name(const std::string& path);
 
 /// Facts of what RunSpec::scene_file names, without running it. `folder`: of the study file. `lacks_data` is set
-/// where data are missing; any other fault throws InputError.
+/// where data are absent; any other fault throws InputError.
 SceneFacts input_facts(const std::filesystem::path& folder, const RunSpec& spec,
                        const std::optional<std::filesystem::path>& data);
 

@@ -17,10 +17,7 @@ void expect_same_runs(std::size_t least, const std::set<std::string>& modes) {
         return parse_method(spec.response).name != "thesis" && scenes.insert(spec.mode + spec.scene).second;
     });
     ASSERT_GE(runs.size(), least);
-    for (const Record& published : runs) {
-        SCOPED_TRACE(published.spec.detector + " + " + published.spec.response + " on " + published.spec.scene);
-        test::expect_same_figures(published, test::made_again(published));
-    }
+    test::expect_the_same_again(runs);
 }
 
 TEST(PublishedRun, ClosedLoopsEndInTheSameStateWithTheSameFigures) { expect_same_runs(8, {"closed_loop"}); }

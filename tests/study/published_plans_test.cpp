@@ -58,7 +58,7 @@ TEST_P(PublishedPlan, HasTheRunsOfItsReport) {
     for (const Record& record : records) {
         if (is_absent(record.spec)) continue;
         RunSpec spec = record.spec;
-        // The class is a fact of meshes that may be missing here.
+        // The class is a fact of meshes, which this machine may lack.
         if (const auto known = facts.find(spec.scene_file); known != facts.end() && known->second.lacks_data) {
             spec.pair_class.clear();
         }

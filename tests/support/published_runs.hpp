@@ -60,4 +60,11 @@ inline void expect_same_figures(const Record& published, const Record& again) {
     EXPECT_EQ(again.state_hash, published.state_hash);
 }
 
+inline void expect_the_same_again(const std::vector<Record>& runs) {
+    for (const Record& published : runs) {
+        SCOPED_TRACE(published.spec.detector + " + " + published.spec.response + " on " + published.spec.scene);
+        expect_same_figures(published, made_again(published));
+    }
+}
+
 }  // namespace trocar::test
